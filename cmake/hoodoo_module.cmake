@@ -1,0 +1,46 @@
+# Warnings and arithmetic of our own code. Third-party headers are system includes.
+function(hoodoo_compile_options target)
+  target_compile_options(${target} PRIVATE
+    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -ffp-contract=off)
+  target_compile_features(${target} PRIVATE cxx_std_20)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+endfunction()
+
+# hoodoo_module(<name> [HEADERS ..] [SOURCES ..] [USES ..] [PRIVATE ..])
+#
+# One folder, one library hoodoo::<name>, one namespace. Paths are relative to the folder. USES and
+# PRIVATE name third-party targets and modules declared above; PRIVATE is what no header mentions.
+function(hoodoo_module name)
+  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;USES;PRIVATE" ${ARGN})
+  if(ARG_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "hoodoo_module(${name}): unexpected ${ARG_UNPARSED_ARGUMENTS}")
+  endif()
+  foreach(used IN LISTS ARG_USES ARG_PRIVATE)
+    if(NOT TARGET ${used})
+      message(WARNING "${name} uses ${used}, which is not declared above it: ${name} is left out")
+      return()
+    endif()
+  endforeach()
+  foreach(file IN LISTS ARG_HEADERS ARG_SOURCES)
+    if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+      message(WARNING "${name}: ${file} is not written yet: ${name} is left out")
+      return()
+    endif()
+  endforeach()
+  if(ARG_SOURCES)
+    set(kind PUBLIC)
+    add_library(hoodoo_${name} STATIC ${ARG_SOURCES})
+    hoodoo_compile_options(hoodoo_${name})
+    target_link_libraries(hoodoo_${name} PRIVATE ${ARG_PRIVATE})
+  else()
+    set(kind INTERFACE)
+    add_library(hoodoo_${name} INTERFACE)
+  endif()
+  add_library(hoodoo::${name} ALIAS hoodoo_${name})
+  target_sources(hoodoo_${name} ${kind} FILE_SET HEADERS
+    BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${ARG_HEADERS})
+  target_compile_features(hoodoo_${name} ${kind} cxx_std_20)
+  target_link_libraries(hoodoo_${name} ${kind} ${ARG_USES})
+  # The target all_verify_interface_header_sets compiles every header alone.
+  set_target_properties(hoodoo_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+endfunction()

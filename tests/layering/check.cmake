@@ -1,0 +1,22 @@
+# cmake -D ROOT=<project> -P check.cmake
+# Fails when a file of a stage includes a header of a stage declared after it, or one that no stage owns.
+cmake_minimum_required(VERSION 3.25)
+include(${ROOT}/cmake/stages.cmake)
+
+set(faults 0)
+set(allowed "")
+foreach(stage IN LISTS HOODOO_STAGES)
+  list(APPEND allowed ${stage})
+  file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/${stage}/*.hpp ${ROOT}/${stage}/*.cpp)
+  foreach(file IN LISTS files)
+    file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*\"(engine|tiling|server|tests)/")
+    foreach(line IN LISTS lines)
+      string(REGEX REPLACE ".*\"([^\"/]+/[^\"/]+)[^\"]*\".*" "\\1" used "${line}")
+      if(NOT used IN_LIST allowed)
+        message(SEND_ERROR "${file}: ${line} looks upward from ${stage}")
+        math(EXPR faults "${faults} + 1")
+      endif()
+    endforeach()
+  endforeach()
+endforeach()
+message(STATUS "${faults} includes look upward")
