@@ -23,13 +23,19 @@ build_packages=(
   dpkg-dev xz-utils
 )
 test_packages=(
-  clang clang-format clang-tidy libclang-rt-14-dev git curl chromium
+  clang clang-format clang-tidy libclang-rt-14-dev git curl chromium shellcheck
 )
 httplib_minimum=0.41.0
 httplib=/usr/local/include/cpp-httplib/httplib.h
 
 as_root() {
   if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+# Runs a command and shows its output only when it fails.
+quietly() {
+  local output
+  output=$("$@" 2>&1) || { printf '%s\n' "$output" >&2; return 1; }
 }
 
 installed() {
@@ -42,9 +48,10 @@ install_packages() {
     installed "$package" || missing+=("$package")
   done
   if [ ${#missing[@]} -eq 0 ]; then return; fi
+  echo "setup.sh: installing ${missing[*]}"
   as_root apt-get -qq -o DPkg::Lock::Timeout=600 update
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq -y -o DPkg::Lock::Timeout=600 \
-    -o Dpkg::Use-Pty=0 install --no-install-recommends "${missing[@]}"
+  quietly as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq -y -o DPkg::Lock::Timeout=600 \
+    install --no-install-recommends "${missing[@]}"
 }
 
 # Debian 12 has cpp-httplib 0.11, which an unfriendly client can exhaust. The header of the newest
@@ -88,14 +95,15 @@ unpack_httplib() (
     -o APT::Default-Release= -o APT::Update::Post-Invoke-Success::= -o APT::Update::Post-Invoke::=)
   apt-get "${private_apt[@]}" update &&
     apt-get "${private_apt[@]}" source --download-only cpp-httplib &&
-    dpkg-source --no-check --extract cpp-httplib_*.dsc httplib
+    dpkg-source --no-check -q --extract cpp-httplib_*.dsc httplib
 )
 
 # The packages of a lock file. Nothing runs their install scripts: none of them needs one.
 install_node_modules() {
   if [ ! -f "$1/package-lock.json" ]; then return; fi
   if cmp -s "$1/package-lock.json" "$1/node_modules/.installed-lock.json"; then return; fi
-  (cd "$1" && npm ci --ignore-scripts --no-progress --loglevel=error)
+  echo "setup.sh: npm packages of $1"
+  (cd "$1" && quietly npm ci --ignore-scripts --no-progress --loglevel=error)
   cp "$1/package-lock.json" "$1/node_modules/.installed-lock.json"
 }
 
