@@ -1,0 +1,72 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/base/box.hpp"
+#include "engine/base/error.hpp"
+#include "engine/dem/dem.hpp"
+#include "engine/tree/ground.hpp"
+
+/// engine/scene: JSON + Pyramid -> Scene: every value present, in range, in metres, points resolved.
+namespace hoodoo::scene {
+
+/// Where a scene may look for files.
+struct Sources {
+  std::filesystem::path base;                 // relative paths start here
+  std::vector<std::filesystem::path> roots;   // when not empty, a file must lie below one of these
+                                              // (symbolic links followed first)
+};
+
+/// "bake" of the scene.
+struct BakeSettings {
+  std::optional<double> spacing;   // s_0 [m]; none: the first DEM's own
+  std::optional<Box> extent;       // x and y [m]; none: everything the terrains cover
+  int tile_cells = 128;            // 16 to 512, a multiple of 16
+  int levels = 0;                  // 0: until one tile covers the world
+  double simplify = 0.1;           // leaves [s_0]; 0: not at all
+  double simplify_coarse = 0.5;    // other levels [s_L]
+  std::string profile = "draco";   // draco | plain
+};
+
+
+/// A scene ready to bake.
+struct Scene {
+  std::string name;
+  std::uint64_t seed = 0;
+  dem::Frame frame;
+  double spacing = 1;              // s_0 [m], rounded
+  BakeSettings bake;
+  tree::Ground ground;
+  std::vector<std::shared_ptr<const dem::Pyramid>> pyramids;   // one per ground.bodies
+  Box extent;                      // of the world [m], z: elevations and influences
+  std::vector<std::string> warnings;
+};
+
+struct OpenSettings {
+  std::filesystem::path cache;     // folder for the pyramids
+  dem::IngestSettings ingest;
+};
+
+/// Reads, checks and resolves a scene. Every problem is reported at once, each with its JSON
+/// Pointer, value, unit and range; those that need the elevations (a point over a hole) once the
+/// rest is right. Errors: bad_input, not_found, limit, io, cancelled.
+Scene open(const nlohmann::json& scene, const Sources& sources, const OpenSettings& settings);
+
+/// All problems of a scene that can be seen without ingesting; empty when there are none.
+/// Also gives oddities that are no errors in `warnings` when not null.
+std::vector<Problem> check(const nlohmann::json& scene, const Sources& sources,
+                           std::vector<Problem>* warnings = nullptr);
+
+/// Reads a scene file with the limits of section 9. Errors as parse_json, not_found, io.
+nlohmann::json read(const std::filesystem::path& file);
+
+/// JSON Schema (draft 2020-12) of a scene, generated from the types.
+nlohmann::json schema();
+
+}  // namespace hoodoo::scene

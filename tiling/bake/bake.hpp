@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/scene/scene.hpp"
+#include "tiling/plan/plan.hpp"
+
+/// tiling/bake: all stages in order. Read bake.cpp first.
+namespace hoodoo::bake {
+
+/// How far a bake is.
+struct Progress {
+  enum class Phase { ingest, tiles, index, done } phase = Phase::ingest;
+  double ingest = 0;                       // fraction
+  std::uint64_t done = 0, total = 0;       // tiles
+  std::uint64_t reused = 0;                // of `done`, those found finished
+  std::uint64_t triangles = 0, bytes = 0;
+};
+
+struct Settings {
+  int threads = 1;
+  std::size_t memory = std::size_t{1024} << 20;   // [bytes]
+  std::optional<plan::Key> only;
+  bool force = false;                             // bake tiles again that are finished
+  std::stop_token stop;
+  /// Called from any thread, not at the same time twice.
+  std::function<void(const Progress&)> progress;
+  /// Index what is finished every so often while tiles are baked, so that a viewer can follow.
+  bool live_index = false;
+};
+
+struct Report {
+  Progress progress;
+  std::vector<std::string> warnings;
+  bool complete = false;                          // every planned tile is there
+};
+
+/// Bakes `scene` (JSON, with files as `sources` allows) into `folder`. What is finished there from
+/// an earlier run, killed or not, with the same slices is taken over. The bytes of every file
+/// depend on the scene, its elevations and the engine's release alone.
+/// Errors: bad_input, not_found, limit, io, cancelled.
+Report run(const nlohmann::json& scene, const scene::Sources& sources,
+           const std::filesystem::path& folder, const Settings& settings);
+
+}  // namespace hoodoo::bake

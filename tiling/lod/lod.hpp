@@ -1,0 +1,24 @@
+#pragma once
+#include "tiling/surface/surface.hpp"
+
+/// tiling/lod: surface -> simplified surface.
+namespace hoodoo::lod {
+
+struct Simplified {
+  surface::Surface surface;
+  double error = 0;        // largest distance found between the two, both ways, in steps
+};
+
+/// Removes triangles from the interior, keeping every border edge and vertex, every material
+/// border within the error, and the surface manifold. The distance between input and result is
+/// measured both ways (dense samples of each against the other), not estimated: at most `error`
+/// steps. What cannot be had at that error is tried at half of it, at last left as it is. Points
+/// are a subset of the input's. Same input, same output.
+/// Source: meshoptimizer (Garland, Heckbert 1997); the measurement is ours.
+Simplified simplify(const surface::Surface& surface, double error);
+
+/// Two faces on every edge that is not on a border, none doubled, none degenerate; borders as in
+/// `original` when given.
+bool is_manifold(const surface::Surface& surface, const surface::Surface* original = nullptr);
+
+}  // namespace hoodoo::lod

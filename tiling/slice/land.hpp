@@ -1,0 +1,62 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/dem/window.hpp"
+#include "engine/tree/field.hpp"
+#include "tiling/slice/slice.hpp"
+
+namespace hoodoo::slice {
+
+/// Index of a world-anchored block of 16^3 cells at the slice's level.
+struct BlockIndex {
+  std::int64_t x, y, z;
+  friend bool operator==(const BlockIndex&, const BlockIndex&) = default;
+};
+inline constexpr int block_cells = 16;
+
+/// A point in steps of the slice's level, counted from the scene origin.
+using StepPoint = std::array<std::int64_t, 3>;
+
+/// A slice opened for evaluation: elevations in memory, one field per block, compiled when first
+/// asked for. The block that owns a point (half-open) answers for it, whoever asks.
+/// Covers the tile and one block around it. For one thread.
+class Land {
+ public:
+  Land(const Slice& slice, std::span<const std::shared_ptr<const dem::Pyramid>> pyramids);
+
+  const Slice& slice() const { return slice_; }
+  const tree::Field& field(const BlockIndex& block);
+  /// The cell column [i, i+1) x [j, j+1) of the lattice lies in the world: its centre is inside
+  /// the extent and over a valid sample of some body.
+  bool in_world(std::int64_t i, std::int64_t j) const;
+  /// Lowest and highest z [m] that can hold a surface over `area`; empty (low > high) if none.
+  Interval heights(const Box& area) const;
+
+  Vec3 metres(const StepPoint& p) const;
+  BlockIndex owner(const StepPoint& p) const;
+
+  /// Unit outward normals at `points`, by their owners' gradients; +z where there is none.
+  std::vector<Vec3f> normals(std::span<const StepPoint> points);
+  /// rho in [0,1] at `points`.
+  std::vector<float> resistances(std::span<const StepPoint> points);
+  /// F at `points`.
+  std::vector<float> values(std::span<const StepPoint> points);
+
+ private:
+  template <class Visit>
+  void by_owner(std::span<const StepPoint> points, Visit visit);
+
+  struct BlockHash {
+    std::size_t operator()(const BlockIndex& b) const;
+  };
+  const Slice& slice_;
+  std::vector<dem::Window> windows_;
+  std::unordered_map<BlockIndex, std::unique_ptr<const tree::Field>, BlockHash> fields_;
+};
+
+}  // namespace hoodoo::slice

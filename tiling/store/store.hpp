@@ -1,0 +1,25 @@
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/hash.hpp"
+
+/// tiling/store: bytes by content hash -> files on disk, written atomically.
+namespace hoodoo::store {
+
+/// tiles/<first two digits>/<digest>.glb below `folder`.
+std::filesystem::path tile_path(const Digest& content);   // relative
+
+/// Writes a tile unless a file of that name and size is there already. Returns its digest.
+Digest put_tile(const std::filesystem::path& folder, std::span<const std::byte> bytes);
+/// Errors: not_found, io, and bad_input when the bytes do not have that digest.
+std::vector<std::byte> get_tile(const std::filesystem::path& folder, const Digest& content);
+
+/// Removes temporaries of killed runs and, below `folder`/tiles, every file not in `keep`.
+void sweep(const std::filesystem::path& folder, const std::set<std::filesystem::path>& keep);
+
+}  // namespace hoodoo::store

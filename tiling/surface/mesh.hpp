@@ -1,0 +1,35 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/vector.hpp"
+#include "tiling/slice/land.hpp"
+#include "tiling/surface/surface.hpp"
+
+namespace hoodoo::surface {
+
+/// A surface ready to be written: one vertex per point and material, so that a triangle's three
+/// vertices carry one material.
+struct Mesh {
+  std::vector<std::array<std::int32_t, 3>> points;        // steps from the tile's origin
+  std::vector<Vec3f> normals;                             // unit
+  std::vector<std::array<std::uint8_t, 4>> colors;        // sRGB as glTF COLOR_0 wants it, alpha 255
+  std::vector<std::uint16_t> materials;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// Gives the surface its normals (the field's gradient at the snapped vertex), materials and
+/// colours (the material's, darkened and lightened by the resistance of the rock: strata).
+/// `origin` is the surface's (0,0,0) in steps from the scene origin.
+Mesh shade(const Surface& surface, slice::Land& land, const slice::StepPoint& origin);
+
+/// Skirts in the tile's border planes, facing out of the tile: from the border curve into the
+/// solid along the inward normal of that curve in its plane, `depth` [m] deep, but never more than
+/// half the local thickness of the solid (found by marching the field), so that they do not pierce
+/// a thin roof. None along the world's edge and around holes. Points may lie off the tile's cells
+/// in z but never off its border planes.
+Mesh skirts(const Surface& surface, const Mesh& mesh, slice::Land& land,
+            const slice::StepPoint& origin, double depth);
+
+}  // namespace hoodoo::surface

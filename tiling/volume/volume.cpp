@@ -1,0 +1,106 @@
+#include "tiling/volume/volume.hpp"
+
+#include <algorithm>
+
+namespace hoodoo::volume {
+
+Volume::Volume(const Index& low, const Index& high) : low_(low), high_(high) {
+  for (std::size_t a = 0; a < 3; ++a) {
+    block_low_[a] = low[a] >> 4;
+    block_high_[a] = (high[a] >> 4) + 1;
+    size_[a] = block_high_[a] - block_low_[a];
+  }
+  meshed_.assign(static_cast<std::size_t>((high[0] - low[0]) * (high[1] - low[1])), true);
+  slots_.resize(static_cast<std::size_t>(size_[0] * size_[1] * size_[2]));
+}
+
+bool Volume::meshed(std::int64_t i, std::int64_t j) const {
+  if (i < low_[0] || j < low_[1] || i >= high_[0] || j >= high_[1]) return false;
+  return meshed_[static_cast<std::size_t>((j - low_[1]) * (high_[0] - low_[0]) + (i - low_[0]))];
+}
+void Volume::set_meshed(std::int64_t i, std::int64_t j, bool meshed) {
+  meshed_[static_cast<std::size_t>((j - low_[1]) * (high_[0] - low_[0]) + (i - low_[0]))] = meshed;
+}
+
+void Volume::set_uniform(const Index& b, bool solid) {
+  auto& slot = slots_[slot_of_block(b)];
+  slot.block.reset();
+  slot.solid = solid;
+}
+
+Block& Volume::make_block(const Index& b) {
+  auto& slot = slots_[slot_of_block(b)];
+  if (!slot.block) {
+    slot.block = std::make_unique<Block>();
+    slot.block->solid.fill(static_cast<std::uint16_t>(slot.solid ? 0xffff : 0));
+  }
+  return *slot.block;
+}
+
+void Volume::set_solid(const Index& p, bool solid) {
+  auto& bits = make_block({p[0] >> 4, p[1] >> 4, p[2] >> 4}).solid[row(p)];
+  const auto bit = static_cast<std::uint16_t>(1U << (p[0] & 15));
+  bits = static_cast<std::uint16_t>(solid ? bits | bit : bits & ~bit);
+}
+
+bool Volume::touches_meshed(int axis, const Index& p) const {
+  const auto [i, j, k] = p;
+  if (axis == 2) {
+    return meshed(i, j) || meshed(i - 1, j) || meshed(i, j - 1) || meshed(i - 1, j - 1);
+  }
+  return meshed(i, j) || (axis == 0 ? meshed(i, j - 1) : meshed(i - 1, j));
+}
+
+void Volume::mark() {
+  for (std::int64_t z = block_low_[2]; z < block_high_[2]; ++z) {
+    for (std::int64_t y = block_low_[1]; y < block_high_[1]; ++y) {
+      for (std::int64_t x = block_low_[0]; x < block_high_[0]; ++x) mark_block({x, y, z});
+    }
+  }
+}
+
+void Volume::mark_block(const Index& b) {
+  const auto index = slot_of_block(b);
+  // A uniform block can own a crossed edge only towards a neighbour of another kind.
+  if (!slots_[index].block) {
+    bool differs = false;
+    for (std::size_t a = 0; a < 3; ++a) {
+      Index next = b;
+      ++next[a];
+      if (next[a] >= block_high_[a]) continue;
+      const auto& n = slots_[slot_of_block(next)];
+      differs = differs || n.block || n.solid != slots_[index].solid;
+    }
+    if (!differs) return;
+  }
+  const bool was_uniform = !slots_[index].block;
+  Block& block = make_block(b);
+  std::uint16_t count = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    for (int r = 0; r < 256; ++r) {
+      std::uint16_t bits = 0;
+      Index p{16 * b[0], 16 * b[1] + (r & 15), 16 * b[2] + (r >> 4)};
+      const bool row_inside = p[1] >= low_[1] && p[1] <= high_[1] && p[2] >= low_[2] &&
+                              p[2] <= high_[2] && (axis == 0 || p[a] < high_[a]);
+      for (int x = 0; row_inside && x < 16; ++x, ++p[0]) {
+        if (p[0] < low_[0] || p[0] > high_[0] || (axis == 0 && p[0] == high_[0])) continue;
+        Index q = p;
+        ++q[a];
+        if (solid(p) != solid(q) && touches_meshed(axis, p)) {
+          bits = static_cast<std::uint16_t>(bits | 1U << x);
+        }
+      }
+      block.crossed[a][static_cast<std::size_t>(r)] = bits;
+      block.first[a][static_cast<std::size_t>(r)] = count;
+      count = static_cast<std::uint16_t>(count + std::popcount(bits));
+    }
+  }
+  block.crossings.assign(count, {});
+  if (was_uniform && count == 0) {
+    const bool solid = (block.solid[0] & 1) != 0;
+    set_uniform(b, solid);
+  }
+}
+
+}  // namespace hoodoo::volume
