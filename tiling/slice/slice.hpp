@@ -38,6 +38,9 @@ struct Slice {
   Digest hash() const { return sha256(bytes()); }
 };
 
+/// All that a tile looks at [m]: its area and one block around it; z without bounds.
+Box reach(const plan::Lattice& lattice, const plan::Key& key);
+
 /// Cuts the slice of one tile. `pyramids` of the scene are read for digests and bounds only.
 Slice cut(const scene::Scene& scene, const plan::Lattice& lattice, const plan::Key& key);
 

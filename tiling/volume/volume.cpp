@@ -10,16 +10,8 @@ Volume::Volume(const Index& low, const Index& high) : low_(low), high_(high) {
     block_high_[a] = (high[a] >> 4) + 1;
     size_[a] = block_high_[a] - block_low_[a];
   }
-  meshed_.assign(static_cast<std::size_t>((high[0] - low[0]) * (high[1] - low[1])), true);
+  in_world_.assign(static_cast<std::size_t>((high[0] - low[0] + 2) * (high[1] - low[1] + 2)), true);
   slots_.resize(static_cast<std::size_t>(size_[0] * size_[1] * size_[2]));
-}
-
-bool Volume::meshed(std::int64_t i, std::int64_t j) const {
-  if (i < low_[0] || j < low_[1] || i >= high_[0] || j >= high_[1]) return false;
-  return meshed_[static_cast<std::size_t>((j - low_[1]) * (high_[0] - low_[0]) + (i - low_[0]))];
-}
-void Volume::set_meshed(std::int64_t i, std::int64_t j, bool meshed) {
-  meshed_[static_cast<std::size_t>((j - low_[1]) * (high_[0] - low_[0]) + (i - low_[0]))] = meshed;
 }
 
 void Volume::set_uniform(const Index& b, bool solid) {

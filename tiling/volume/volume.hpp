@@ -39,15 +39,24 @@ struct Block {
 /// cell columns are meshed. Blocks of one kind of point throughout are not stored.
 class Volume {
  public:
-  /// Everything air, every column meshed.
+  /// Everything air, every column in the world.
   Volume(const Index& low, const Index& high);
 
   const Index& low() const { return low_; }
   const Index& high() const { return high_; }
 
-  /// Cells of column (i, j) are part of the surface. Columns outside the box are not.
-  bool meshed(std::int64_t i, std::int64_t j) const;
-  void set_meshed(std::int64_t i, std::int64_t j, bool meshed);
+  /// Column (i, j) of cells lies in the world. Known for the box and one column around it, so that
+  /// boxes that share a face treat the world's edge beside it alike.
+  bool in_world(std::int64_t i, std::int64_t j) const {
+    return in_world_[column(i, j)];
+  }
+  void set_in_world(std::int64_t i, std::int64_t j, bool in_world) {
+    in_world_[column(i, j)] = in_world;
+  }
+  /// Cells of column (i, j) are part of the surface: it lies in the box and in the world.
+  bool meshed(std::int64_t i, std::int64_t j) const {
+    return i >= low_[0] && j >= low_[1] && i < high_[0] && j < high_[1] && in_world(i, j);
+  }
 
   bool solid(const Index& p) const {
     const auto& b = slots_[slot(p)];
@@ -104,11 +113,15 @@ class Volume {
   static std::size_t row(const Index& p) {
     return static_cast<std::size_t>((p[2] & 15) * 16 + (p[1] & 15));
   }
+  std::size_t column(std::int64_t i, std::int64_t j) const {
+    return static_cast<std::size_t>((j - low_[1] + 1) * (high_[0] - low_[0] + 2) +
+                                    (i - low_[0] + 1));
+  }
   bool touches_meshed(int axis, const Index& p) const;
   void mark_block(const Index& b);
 
   Index low_, high_, block_low_, block_high_, size_;
-  std::vector<bool> meshed_;
+  std::vector<bool> in_world_;
   std::vector<Slot> slots_;
 };
 

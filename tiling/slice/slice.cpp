@@ -1,0 +1,66 @@
+#include "tiling/slice/slice.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace hoodoo::slice {
+namespace {
+
+using nlohmann::json;
+
+/// How far beyond its area a tile looks: one block for the owners of border points and the
+/// thickness under skirts, and two cells for crossings on the far side of those.
+constexpr int reach_cells = 18;
+
+json to_json(const Elevations& e) {
+  json chunks = json::array();
+  for (const auto& digest : e.chunks) chunks.push_back(digest.hex());
+  return {{"level", e.level},
+          {"grid", {e.grid.x0, e.grid.y0, e.grid.dx, e.grid.dy, e.grid.width, e.grid.height}},
+          {"chunks", std::move(chunks)}};
+}
+
+}  // namespace
+
+std::string_view engine_version() { return HOODOO_VERSION; }
+
+Box reach(const plan::Lattice& lattice, const plan::Key& key) {
+  Box box = lattice.area(key).grown(reach_cells * lattice.spacing(key.level));
+  box.min.z = -Box::infinity;
+  box.max.z = Box::infinity;
+  return box;
+}
+
+std::string Slice::bytes() const {
+  json all = {{"engine", engine_version()},
+              {"key", key.text()},
+              {"spacing0", lattice.spacing0},
+              {"step0", lattice.step0},
+              {"tile_cells", lattice.tile_cells},
+              {"world", {world.min.x, world.min.y, world.max.x, world.max.y}},
+              {"profile", profile},
+              {"simplify", simplify},
+              {"elevations", json::array()},
+              {"ground", tree::to_json(ground)}};
+  for (const auto& e : elevations) all["elevations"].push_back(to_json(e));
+  return all.dump();
+}
+
+Slice cut(const scene::Scene& scene, const plan::Lattice& lattice, const plan::Key& key) {
+  Slice slice;
+  slice.key = key;
+  slice.lattice = lattice;
+  slice.world = scene.extent;
+  slice.profile = scene.bake.profile;
+  slice.simplify = key.level == 0 ? scene.bake.simplify * lattice.spacing0
+                                  : scene.bake.simplify_coarse * lattice.spacing(key.level);
+  const Box near = reach(lattice, key);
+  for (const auto& pyramid : scene.pyramids) {
+    const int level = pyramid->level_for(slice.spacing());
+    slice.elevations.push_back({level, pyramid->levels()[static_cast<std::size_t>(level)],
+                                pyramid->chunks(level, near)});
+  }
+  slice.ground = tree::prune(scene.ground, near, slice.spacing() / 2);
+  return slice;
+}
+
+}  // namespace hoodoo::slice
