@@ -20,9 +20,9 @@ using Index = std::array<std::int64_t, 3>;
 
 /// Where the surface crosses one lattice edge.
 struct Crossing {
-  float t = 0.5F;                 // from the low end, in [0, 1] edges
-  Vec3f normal{0, 0, 1};          // unit, out of the solid
-  std::uint16_t material = 0;     // of the solid end
+  float t = 0.5F;              // from the low end, in [0, 1] edges
+  Vec3f normal{0, 0, 1};       // unit, out of the solid
+  std::uint16_t material = 0;  // of the solid end
 };
 
 /// 16^3 lattice points and the edges that leave them in +x, +y, +z. Rows run along x, one bit per
@@ -30,8 +30,8 @@ struct Crossing {
 struct Block {
   static constexpr int side = 16;
   std::array<std::uint16_t, 256> solid{};
-  std::array<std::array<std::uint16_t, 256>, 3> crossed{};   // by axis
-  std::array<std::array<std::uint16_t, 256>, 3> first{};     // crossings before the row
+  std::array<std::array<std::uint16_t, 256>, 3> crossed{};  // by axis
+  std::array<std::array<std::uint16_t, 256>, 3> first{};    // crossings before the row
   std::vector<Crossing> crossings;
 };
 
@@ -47,9 +47,7 @@ class Volume {
 
   /// Column (i, j) of cells lies in the world. Known for the box and one column around it, so that
   /// boxes that share a face treat the world's edge beside it alike.
-  bool in_world(std::int64_t i, std::int64_t j) const {
-    return in_world_[column(i, j)];
-  }
+  bool in_world(std::int64_t i, std::int64_t j) const { return in_world_[column(i, j)]; }
   void set_in_world(std::int64_t i, std::int64_t j, bool in_world) {
     in_world_[column(i, j)] = in_world;
   }
@@ -109,7 +107,9 @@ class Volume {
                                         size_[0] +
                                     (b[0] - block_low_[0]));
   }
-  std::size_t slot(const Index& p) const { return slot_of_block({p[0] >> 4, p[1] >> 4, p[2] >> 4}); }
+  std::size_t slot(const Index& p) const {
+    return slot_of_block({p[0] >> 4, p[1] >> 4, p[2] >> 4});
+  }
   static std::size_t row(const Index& p) {
     return static_cast<std::size_t>((p[2] & 15) * 16 + (p[1] & 15));
   }
@@ -136,8 +136,8 @@ void Volume::for_each_crossing(Visit visit) const {
           for (int r = 0; r < 256; ++r) {
             auto bits = b->crossed[static_cast<std::size_t>(axis)][static_cast<std::size_t>(r)];
             for (; bits != 0; bits = static_cast<std::uint16_t>(bits & (bits - 1))) {
-              visit(axis, Index{16 * x + std::countr_zero(bits), 16 * y + (r & 15),
-                                16 * z + (r >> 4)});
+              visit(axis,
+                    Index{16 * x + std::countr_zero(bits), 16 * y + (r & 15), 16 * z + (r >> 4)});
             }
           }
         }
