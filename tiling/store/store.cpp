@@ -1,0 +1,83 @@
+#include "tiling/store/store.hpp"
+
+#include <algorithm>
+#include <system_error>
+
+#include "engine/base/error.hpp"
+#include "engine/base/file.hpp"
+
+namespace hoodoo::store {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Far above any tile: Draco needs about 2.5 bytes a triangle.
+constexpr std::uintmax_t most_tile_bytes = std::uintmax_t{1} << 30;
+
+bool holds(const fs::path& file, std::span<const std::byte> bytes) {
+  std::error_code error;
+  if (fs::file_size(file, error) != bytes.size() || error) return false;
+  const std::string there = read_file(file, most_tile_bytes);
+  return std::ranges::equal(std::as_bytes(std::span(there)), bytes);
+}
+
+[[noreturn]] void fail(const fs::path& path, const std::error_code& error) {
+  throw Error(Fault::io, path.string(), error.message());
+}
+
+/// Every regular file below `folder`, in any order; none when it is not there.
+std::vector<fs::path> files_below(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) return files;
+  fs::recursive_directory_iterator at(folder, error), end;
+  for (; !error && at != end; at.increment(error)) {
+    if (at->is_regular_file(error)) files.push_back(at->path());
+  }
+  if (error) fail(folder, error);
+  return files;
+}
+
+}  // namespace
+
+fs::path tile_path(const Digest& content) {
+  const std::string hex = content.hex();
+  return fs::path("tiles") / hex.substr(0, 2) / (hex + ".glb");
+}
+
+Digest put_tile(const fs::path& folder, std::span<const std::byte> bytes) {
+  const Digest content = sha256(bytes);
+  const fs::path file = folder / tile_path(content);
+  if (!holds(file, bytes)) write_file(file, bytes);
+  return content;
+}
+
+std::vector<std::byte> get_tile(const fs::path& folder, const Digest& content) {
+  const fs::path file = folder / tile_path(content);
+  const std::string text = read_file(file, most_tile_bytes);
+  const auto bytes = std::as_bytes(std::span(text));
+  if (sha256(bytes) != content) {
+    throw Error(Fault::bad_input, file.string(), "its content is not what its name says");
+  }
+  return {bytes.begin(), bytes.end()};
+}
+
+void sweep(const fs::path& folder, const std::set<fs::path>& keep) {
+  std::error_code error;
+  const auto remove = [&](const fs::path& file) {
+    fs::remove(file, error);
+    if (error) fail(file, error);
+  };
+  const fs::path tiles = folder / "tiles";
+  for (const auto& file : files_below(folder)) {
+    const fs::path relative = file.lexically_relative(folder);
+    const bool tile = *relative.begin() == "tiles";
+    if (is_leftover(file) || (tile && !keep.contains(relative))) remove(file);
+  }
+  if (!fs::is_directory(tiles, error)) return;
+  for (const auto& entry : fs::directory_iterator(tiles)) {
+    if (entry.is_directory() && fs::is_empty(entry.path())) remove(entry.path());
+  }
+}
+
+}  // namespace hoodoo::store
