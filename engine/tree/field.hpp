@@ -1,27 +1,16 @@
 #pragma once
 #include <memory>
-#include <string>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/base/box.hpp"
 #include "engine/base/interval.hpp"
 #include "engine/dem/window.hpp"
 #include "engine/tree/ground.hpp"
+#include "engine/tree/points.hpp"
 
 namespace hoodoo::tree {
-
-/// n sample points [m], relative to the origin of the block they belong to. Spans of length n.
-/// Runs of equal (x, y) are evaluated faster: order grids with z fastest.
-struct Points {
-  std::span<const float> x, y, z;
-  std::size_t size() const { return x.size(); }
-};
-
-/// n gradients [1/m]. Spans of length n.
-struct Gradients {
-  std::span<float> x, y, z;
-};
 
 /// The terrain field F, the resistance rho and what governs them, compiled for one block: pruned
 /// to what reaches it, in float32 relative to the block's origin. Immutable; any number of threads.
@@ -34,7 +23,8 @@ class Field {
   /// F in [0,1]; solid where F > 1/2.
   virtual void values(const Points& at, std::span<float> out) const = 0;
   /// F and its gradient. `out` has the same bits as from `values`.
-  virtual void gradients(const Points& at, std::span<float> out, const Gradients& gradient) const = 0;
+  virtual void gradients(const Points& at, std::span<float> out,
+                         const Gradients& gradient) const = 0;
   /// Index into Ground::materials of the rock at each point: that of the last operation with a
   /// material of its own that changed F there, else the one whose resistance range holds rho.
   virtual void materials(const Points& at, std::span<int> out) const = 0;

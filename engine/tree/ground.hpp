@@ -1,8 +1,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,9 +15,9 @@ namespace hoodoo::tree {
 /// One rock, and what an engine needs to know of it.
 struct Material {
   std::string name;
-  std::array<std::uint8_t, 3> color;   // sRGB
-  double low, high;                    // resistance range [1], half-open, the last one closed
-  double friction;                     // [1]
+  std::array<std::uint8_t, 3> color;  // sRGB
+  double low, high;                   // resistance range [1], half-open, the last one closed
+  double friction;                    // [1]
 };
 
 /// A body given by elevations: the height field, cut by a prism where it has a domain.
@@ -25,11 +25,11 @@ struct Material {
 /// (Paris et al. 2019, section 5.1, as DESIGN section 3 normalises it).
 struct HeightBody {
   std::string id;
-  double falloff;                               // R [m], > 0
-  bool slope_corrected = false;                 // v divided by sqrt(1 + |grad h|^2)
-  bool inverted = false;                        // solid above the elevations
-  double offset = 0;                            // [m], added to the elevations
-  std::vector<std::array<double, 2>> domain;    // polygon [m]; empty: no prism
+  double falloff;                             // R [m], > 0
+  bool slope_corrected = false;               // v divided by sqrt(1 + |grad h|^2)
+  bool inverted = false;                      // solid above the elevations
+  double offset = 0;                          // [m], added to the elevations
+  std::vector<std::array<double, 2>> domain;  // polygon [m]; empty: no prism
 };
 
 enum class Operation { blend, carve, unite, difference, intersect };
@@ -40,8 +40,8 @@ struct Region;  // engine/tree/region.hpp
 
 /// One step of the queue.
 struct Step {
-  std::string id;                  // "" when the scene gives none
-  std::string where;               // JSON Pointer of its operation
+  std::string id;     // "" when the scene gives none
+  std::string where;  // JSON Pointer of its operation
   Operation operation;
   Node tree;
   std::shared_ptr<const Region> region;  // null: everywhere
@@ -53,8 +53,8 @@ struct Step {
 struct Ground {
   std::vector<HeightBody> bodies;
   std::vector<Step> steps;
-  std::optional<Node> geology;       // none: rho = 1/2 everywhere
-  std::vector<Material> materials;   // never empty
+  std::optional<Node> geology;      // none: rho = 1/2 everywhere
+  std::vector<Material> materials;  // never empty
 };
 
 /// What of `ground` can matter inside `reach`: steps whose influence misses it are dropped, and
