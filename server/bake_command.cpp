@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "engine/scene/scene.hpp"
+#include "server/commands.hpp"
+#include "server/http/http.hpp"
+#include "server/progress_line.hpp"
+#include "server/signals.hpp"
+#include "tiling/bake/bake.hpp"
+
+namespace hoodoo {
+namespace {
+
+namespace fs = std::filesystem;
+
+int default_threads() {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+struct Resources {
+  int threads = default_threads();
+  std::size_t memory_mib = 1024;
+
+  void add_to(CLI::App& command) {
+    command.add_option("--threads", threads, "Worker threads")
+        ->check(CLI::Range(1, 1024))
+        ->capture_default_str();
+    command.add_option("--memory", memory_mib, "Memory budget [MiB]")
+        ->check(CLI::Range(std::size_t{64}, std::size_t{1} << 24))
+        ->capture_default_str();
+  }
+};
+
+struct BakeOptions {
+  std::string scene, folder, only, progress = "auto";
+  Resources resources;
+  bool force = false;
+};
+
+ProgressLine::Style style_of(const std::string& name) {
+  if (name == "bar") return ProgressLine::Style::bar;
+  if (name == "lines") return ProgressLine::Style::lines;
+  return name == "off" ? ProgressLine::Style::off : ProgressLine::automatic();
+}
+
+void report(const bake::Report& report, const std::string& folder, bool as_json) {
+  const auto& p = report.progress;
+  if (as_json) {
+    const nlohmann::json json = {{"tiles", p.done},         {"planned", p.total},
+                                 {"reused", p.reused},      {"triangles", p.triangles},
+                                 {"bytes", p.bytes},        {"complete", report.complete},
+                                 {"warnings", report.warnings}};
+    fmt::print("{}\n", json.dump());
+    return;
+  }
+  for (const auto& warning : report.warnings) fmt::print(stderr, "hoodoo: warning: {}\n", warning);
+  fmt::print("{}: {} of {} tiles ({} found finished), {} triangles, {} bytes{}\n", folder, p.done,
+             p.total, p.reused, p.triangles, p.bytes,
+             report.complete ? "" : "; not complete yet");
+}
+
+int bake(const BakeOptions& options, bool as_json) {
+  const Signals signals;
+  ProgressLine line(style_of(options.progress));
+  bake::Settings settings;
+  settings.threads = options.resources.threads;
+  settings.memory = options.resources.memory_mib << 20;
+  settings.force = options.force;
+  settings.stop = signals.token();
+  settings.progress = [&line](const bake::Progress& p) { line.show(p); };
+  if (!options.only.empty()) {
+    settings.only = plan::Key::parse(options.only);
+    if (!settings.only) {
+      throw Error(Fault::bad_input, "--only", "must be L/X/Y, got \"" + options.only + "\"");
+    }
+  }
+  const fs::path file = options.scene;
+  const auto scene = scene::read(file);
+  const auto result =
+      bake::run(scene, {file.parent_path().empty() ? "." : file.parent_path(), {}},
+                options.folder, settings);
+  report(result, options.folder, as_json);
+  return 0;
+}
+
+}  // namespace
+
+void add_bake(CLI::App& app, int* exit) {
+  auto options = std::make_shared<BakeOptions>();
+  auto* command = app.add_subcommand("bake", "Bake a scene into a tileset");
+  command->add_option("scene", options->scene, "The scene file")->required();
+  command->add_option("-o,--output", options->folder, "Folder of the tileset")->required();
+  options->resources.add_to(*command);
+  command->add_option("--only", options->only, "Bake this tile alone, L/X/Y");
+  command->add_flag("--force", options->force, "Bake tiles again that are finished");
+  command->add_option("--progress", options->progress, "auto, bar, lines or off")
+      ->check(CLI::IsMember({"auto", "bar", "lines", "off"}))
+      ->capture_default_str();
+  command->callback([=, &app] { *exit = bake(*options, json_wanted(app)); });
+}
+
+void add_serve(CLI::App& app, int* exit) {
+  struct Options {
+    std::string listen = "127.0.0.1:8080", data = "hoodoo-data", viewer, public_url;
+    std::vector<std::string> roots;
+    Resources resources;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command = app.add_subcommand("serve", "Serve bake jobs, their tiles and the viewer");
+  command->add_option("--listen", options->listen, "HOST:PORT; port 0 takes a free one")
+      ->capture_default_str();
+  command->add_option("--data", options->data, "Folder of jobs and results")
+      ->capture_default_str();
+  command->add_option("--root", options->roots, "Folder below which a scene may find its DEMs");
+  command->add_option("--viewer", options->viewer, "Folder of the viewer's files");
+  command->add_option("--public-url", options->public_url, "What clients reach this server as");
+  options->resources.add_to(*command);
+  command->callback([=] {
+    const Signals signals;
+    const auto colon = options->listen.rfind(':');
+    int port = -1;
+    if (colon != std::string::npos) {
+      const auto digits = options->listen.substr(colon + 1);
+      const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+      if (read.ptr != digits.data() + digits.size()) port = -1;
+    }
+    if (port < 0 || port > 65535) {
+      throw Error(Fault::bad_input, "--listen",
+                  "must be HOST:PORT with a port in [0, 65535], got \"" + options->listen + "\"");
+    }
+    http::Settings settings;
+    settings.host = options->listen.substr(0, colon);
+    settings.port = port;
+    settings.data = options->data;
+    for (const auto& root : options->roots) settings.roots.emplace_back(root);
+    settings.threads = options->resources.threads;
+    settings.memory = options->resources.memory_mib << 20;
+    settings.viewer = options->viewer;
+    settings.public_url = options->public_url;
+    settings.stop = signals.token();
+    settings.listening = [host = settings.host](int bound) {
+      fmt::print("hoodoo: listening on http://{}:{}/\n", host, bound);
+      std::fflush(stdout);
+    };
+    http::serve(settings);
+    *exit = 0;
+  });
+}
+
+}  // namespace hoodoo

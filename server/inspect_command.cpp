@@ -1,0 +1,189 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/file.hpp"
+#include "engine/base/json.hpp"
+#include "engine/dem/raster.hpp"
+#include "engine/scene/sample.hpp"
+#include "engine/scene/scene.hpp"
+#include "server/commands.hpp"
+#include "tiling/glb/glb.hpp"
+#include "tiling/tileset/tileset.hpp"
+
+namespace hoodoo {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+json to_json(const std::vector<Problem>& problems) {
+  json list = json::array();
+  for (const auto& p : problems) list.push_back({{"where", p.where}, {"what", p.what}});
+  return list;
+}
+
+/// A flat object as aligned "key  value" lines.
+void print_table(const json& object) {
+  std::size_t width = 0;
+  for (const auto& item : object.items()) width = std::max(width, item.key().size());
+  for (const auto& item : object.items()) {
+    const auto& v = item.value();
+    fmt::print("{:{}}  {}\n", item.key(), width, v.is_string() ? v.get<std::string>() : v.dump());
+  }
+}
+
+json describe_bake(const fs::path& folder) {
+  const auto file = folder / "bake.json";
+  auto bake = parse_json(read_file(file, std::size_t{1} << 32), file.string(),
+                         {std::size_t{1} << 32, 64, std::size_t{1} << 32});
+  std::uint64_t tiles = 0, triangles = 0, bytes = 0;
+  double error = 0;
+  for (const auto& tile : bake.value("tiles", json::array())) {
+    ++tiles;
+    triangles += tile.value("triangles", std::uint64_t{0});
+    bytes += tile.value("bytes", std::uint64_t{0});
+    error = std::max(error, tile.value("geometricError", 0.0));
+  }
+  json result = std::move(bake);
+  result.erase("tiles");
+  result["kind"] = "bake";
+  result["tiles"] = tiles;
+  result["triangles"] = triangles;
+  result["bytes"] = bytes;
+  result["largest geometricError"] = error;
+  return result;
+}
+
+json describe_tile(const fs::path& path) {
+  const auto text = read_file(path, std::size_t{1} << 32);
+  const auto bytes = std::as_bytes(std::span(text));
+  const auto tile = glb::read({bytes.begin(), bytes.end()}, 0, path.string());
+  return {{"kind", "tile"},
+          {"bytes", text.size()},
+          {"step", tile.step},
+          {"vertices", tile.surface.points.size()},
+          {"triangles", tile.surface.triangles.size()},
+          {"skirt triangles", tile.skirt.triangles.size()},
+          {"origin", {static_cast<double>(tile.origin[0]) * tile.step,
+                      static_cast<double>(tile.origin[1]) * tile.step,
+                      static_cast<double>(tile.origin[2]) * tile.step}}};
+}
+
+json describe(const fs::path& path) {
+  if (fs::is_directory(path)) return describe_bake(path);
+  if (path.extension() == ".glb") return describe_tile(path);
+  auto info = dem::to_json(dem::Raster::open(path)->info());
+  info["kind"] = "dem";
+  return info;
+}
+
+int check(const std::string& file, bool as_json) {
+  const fs::path path = file;
+  std::vector<Problem> warnings;
+  const auto problems = scene::check(
+      scene::read(path), {path.parent_path().empty() ? "." : path.parent_path(), {}}, &warnings);
+  if (as_json) {
+    const json result = {{"problems", to_json(problems)}, {"warnings", to_json(warnings)}};
+    fmt::print("{}\n", result.dump());
+  } else {
+    for (const auto& w : warnings) fmt::print("warning: {}: {}\n", w.where, w.what);
+    for (const auto& p : problems) fmt::print("{}: {}\n", p.where, p.what);
+    if (problems.empty()) fmt::print("{}: no problem\n", file);
+  }
+  return problems.empty() ? 0 : 2;
+}
+
+int verify(const std::string& folder, bool as_json) {
+  const auto found = tileset::verify(folder);
+  if (as_json) {
+    json euler = json::object();
+    for (const auto& level : found.euler) euler[std::to_string(level.first)] = level.second;
+    const json result = {{"problems", to_json(found.problems)},
+                         {"tiles", found.tiles},
+                         {"triangles", found.triangles},
+                         {"borderVertices", found.border_vertices},
+                         {"openEdges", found.open_edges},
+                         {"euler", euler}};
+    fmt::print("{}\n", result.dump());
+  } else {
+    for (const auto& p : found.problems) fmt::print("{}: {}\n", p.where, p.what);
+    fmt::print("{}: {} tiles, {} triangles, {} shared border vertices, {} edges on the world's edge\n",
+               folder, found.tiles, found.triangles, found.border_vertices, found.open_edges);
+    for (const auto& level : found.euler) {
+      fmt::print("level {}: Euler characteristic {}\n", level.first, level.second);
+    }
+    fmt::print("{}\n", found.problems.empty()
+                           ? "verified"
+                           : fmt::format("{} problems", found.problems.size()));
+  }
+  return found.problems.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int* exit) {
+  auto file = std::make_shared<std::string>();
+  auto* command = app.add_subcommand("check", "List every problem of a scene");
+  command->add_option("scene", *file, "The scene file")->required();
+  command->callback([=, &app] { *exit = check(*file, json_wanted(app)); });
+}
+
+void add_verify(CLI::App& app, int* exit) {
+  auto folder = std::make_shared<std::string>();
+  auto* command =
+      app.add_subcommand("verify", "Check index, hashes, borders and manifoldness of a bake");
+  command->add_option("folder", *folder, "Folder of the tileset")->required();
+  command->callback([=, &app] { *exit = verify(*folder, json_wanted(app)); });
+}
+
+void add_info(CLI::App& app, int* exit) {
+  auto path = std::make_shared<std::string>();
+  auto* command = app.add_subcommand("info", "Say what a DEM, a tile or a bake is");
+  command->add_option("path", *path, "A GeoTIFF, a .glb, or the folder of a bake")->required();
+  command->callback([=, &app] {
+    const auto info = describe(*path);
+    if (json_wanted(app)) {
+      fmt::print("{}\n", info.dump());
+    } else {
+      print_table(info);
+    }
+    *exit = 0;
+  });
+}
+
+void add_schema(CLI::App& app, int* exit) {
+  auto which = std::make_shared<std::string>("scene");
+  auto* command = app.add_subcommand("schema", "Print the JSON Schema of a scene");
+  command->add_option("which", *which, "scene")
+      ->check(CLI::IsMember({"scene"}))
+      ->capture_default_str();
+  command->callback([=] {
+    fmt::print("{}\n", scene::schema().dump(2));
+    *exit = 0;
+  });
+}
+
+void add_synthesize(CLI::App& app, int* exit) {
+  auto file = std::make_shared<std::string>();
+  auto sample = std::make_shared<scene::SampleDem>();
+  auto* command = app.add_subcommand(
+      "synthesize", "Write the sample DEM: a plateau, a cliff, a spur and a valley by the sea");
+  command->add_option("file", *file, "The GeoTIFF to write")->required();
+  command->add_option("--pixels", sample->pixels, "Pixels per side")
+      ->check(CLI::Range(16, 40000))
+      ->capture_default_str();
+  command->add_option("--spacing", sample->spacing, "Pixel size [m]")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->capture_default_str();
+  command->add_option("--seed", sample->seed, "Another seed, another shore")
+      ->capture_default_str();
+  command->callback([=] {
+    scene::write_sample_dem(*file, *sample);
+    *exit = 0;
+  });
+}
+
+}  // namespace hoodoo

@@ -1,0 +1,34 @@
+#pragma once
+#include <chrono>
+#include <string>
+
+#include "tiling/bake/bake.hpp"
+
+namespace hoodoo {
+
+/// Shows how far a bake is on stderr: a bar that redraws itself on a terminal, plain lines every
+/// few seconds in a pipe.
+class ProgressLine {
+ public:
+  enum class Style { bar, lines, off };
+  /// `automatic`: a bar on a terminal, else lines.
+  static Style automatic();
+
+  explicit ProgressLine(Style style) : style_(style) {}
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void show(const bake::Progress& progress);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string text(const bake::Progress& progress) const;
+
+  Style style_;
+  Clock::time_point tiles_started_{}, shown_{};
+  bake::Progress::Phase phase_ = bake::Progress::Phase::ingest;
+  bool drawn_ = false;
+};
+
+}  // namespace hoodoo
