@@ -12,15 +12,16 @@ namespace hoodoo::surface {
 /// A surface ready to be written: one vertex per point and material, so that a triangle's three
 /// vertices carry one material.
 struct Mesh {
-  std::vector<std::array<std::int32_t, 3>> points;        // steps from the tile's origin
-  std::vector<Vec3f> normals;                             // unit
-  std::vector<std::array<std::uint8_t, 4>> colors;        // sRGB as glTF COLOR_0 wants it, alpha 255
+  std::vector<std::array<std::int32_t, 3>> points;  // steps from the tile's origin
+  std::vector<Vec3f> normals;                       // unit
+  std::vector<std::array<std::uint8_t, 4>> colors;  // linear RGB as glTF COLOR_0, alpha 255
   std::vector<std::uint16_t> materials;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
 /// Gives the surface its normals (the field's gradient at the snapped vertex), materials and
-/// colours (the material's, darkened and lightened by the resistance of the rock: strata).
+/// colours: the material's in sRGB, times 0.82 + 0.36 rho of the rock there (strata), made linear.
+/// Triangles keep their order. Points without a triangle are left out.
 /// `origin` is the surface's (0,0,0) in steps from the scene origin.
 Mesh shade(const Surface& surface, slice::Land& land, const slice::StepPoint& origin);
 

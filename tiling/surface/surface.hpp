@@ -11,15 +11,21 @@ namespace hoodoo::surface {
 /// Border planes of a tile, as bits: low and high x, y, z. `world_edge` marks a vertex on a face
 /// or edge between a meshed cell and one that is not (the world's border, a NoData hole).
 enum Plane : std::uint8_t {
-  west = 1, east = 2, south = 4, north = 8, bottom = 16, top = 32, world_edge = 64
+  west = 1,
+  east = 2,
+  south = 4,
+  north = 8,
+  bottom = 16,
+  top = 32,
+  world_edge = 64
 };
 
 /// A triangle surface on the lattice of steps.
 struct Surface {
-  std::vector<std::array<std::int32_t, 3>> points;        // steps from the volume's low corner
-  std::vector<std::uint8_t> planes;                       // per point: Plane bits
-  std::vector<std::array<std::uint32_t, 3>> triangles;    // counter-clockwise seen from the air
-  std::vector<std::uint16_t> materials;                   // per triangle
+  std::vector<std::array<std::int32_t, 3>> points;      // steps from the volume's low corner
+  std::vector<std::uint8_t> planes;                     // per point: Plane bits
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the air
+  std::vector<std::uint16_t> materials;                 // per triangle
 };
 
 /// Triangulates the crossings of `volume`: manifold dual contouring whose surface ends, on the
