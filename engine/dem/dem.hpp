@@ -20,10 +20,10 @@ namespace hoodoo::dem {
 
 /// The scene frame: x east, y north [m], `origin` subtracted from projected coordinates.
 struct Frame {
-  std::string crs;          // PROJ definition (EPSG:32632, or WKT2) of a projected CRS; "" is local
-  double unit = 1;          // metres per unit of that CRS
-  double origin_x = 0;      // projected coordinates [m] of the scene's (0, 0):
-  double origin_y = 0;      // multiples of the level-0 spacing
+  std::string crs;      // PROJ definition (EPSG:32632, or WKT2) of a projected CRS; "" is local
+  double unit = 1;      // metres per unit of that CRS
+  double origin_x = 0;  // projected coordinates [m] of the scene's (0, 0):
+  double origin_y = 0;  // multiples of the level-0 spacing
   friend bool operator==(const Frame&, const Frame&) = default;
 };
 

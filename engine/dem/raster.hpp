@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -24,16 +25,17 @@ struct RasterInfo {
   std::string layout;                  // "striped 8 rows", "tiled 256 x 256"
   std::string compression;             // "none", "deflate", "lzw", "zstd" ...
   int predictor = 1;
-  bool big = false;                    // BigTIFF
-  std::optional<double> nodata;        // the GDAL_NODATA tag, as a number (NaN too)
+  bool big = false;              // BigTIFF
+  std::optional<double> nodata;  // the GDAL_NODATA tag, as a number (NaN too)
   bool pixel_is_point = false;
   // x = t[0] + t[1] i + t[2] j, y = t[3] + t[4] i + t[5] j for pixel CORNERS (i, j), in units of
   // the CRS; pixel-is-point is already moved by half a pixel.
   std::array<double, 6> transform{0, 1, 0, 0, 0, -1};
   enum class Crs { none, geographic, projected, web_mercator } kind = Crs::none;
-  std::string crs;        // PROJ definition: "EPSG:4326", or WKT2 of a CRS given by parameters
-  std::string crs_name;   // for people
-  double unit = 1;        // metres per unit, projected only
+  std::string crs;           // PROJ definition: "EPSG:4326", or WKT2 of a CRS given by parameters
+  std::string crs_name;      // for people
+  double unit = 1;           // metres per unit, projected only
+  double vertical_unit = 1;  // metres per unit of the samples, by the vertical units key
 };
 nlohmann::json to_json(const RasterInfo& info);
 
@@ -47,9 +49,18 @@ class Raster {
   virtual ~Raster() = default;
   virtual const RasterInfo& info() const = 0;
   /// Pixels [i0, i0+width) x [j0, j0+height) in file order, NaN where there is no data (by tag, by
-  /// NaN, or infinite). The rectangle lies inside the raster. Errors: io naming the file.
+  /// NaN, infinite, beyond 1e30, or in a block that a sparse file leaves out), in units of the
+  /// file. The rectangle lies inside the raster. Errors: io naming the file.
   virtual void read(std::int64_t i0, std::int64_t j0, int width, int height,
                     std::vector<double>& out) = 0;
+  /// Keeps up to `bytes` of decoded blocks, but at least one, between reads; else 16 MiB.
+  virtual void keep(std::size_t bytes) = 0;
+  /// Bytes of one decoded strip or tile, and its size in pixels.
+  struct Block {
+    std::size_t bytes;
+    std::int64_t width, height;
+  };
+  virtual Block block() const = 0;
 };
 
 }  // namespace hoodoo::dem

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -19,9 +20,11 @@ struct Height {
 /// and add only; the value at (x, y) is the same bits whichever window holds it.
 class Window {
  public:
+  static constexpr int fill_radius = 4;  // [pixels]
+
   Window() = default;
   /// `samples` row by row from the south, NaN where there is none; pixel (0,0) of the window is
-  /// pixel (i0, j0) of the level. Fills what lies within 4 pixels of a valid sample.
+  /// pixel (i0, j0) of the level. Fills what lies within `fill_radius` of a valid sample.
   Window(double x0, double y0, double dx, double dy, std::int64_t i0, std::int64_t j0, int width,
          int height, std::vector<float> samples);
 
@@ -39,11 +42,33 @@ class Window {
   double slope(const Box& area) const;
 
  private:
-  double x0_ = 0, y0_ = 0, dx_ = 1, dy_ = 1;  // of the level's pixel (0,0)
+  // The four rows of samples around a point, and where it lies between the middle ones.
+  struct Stencil {
+    double fx, fy;
+    const float* rows[4];
+    float own[4][4];  // where the window does not hold all sixteen
+    const float* row(int k) const { return rows[k] ? rows[k] : own[k]; }
+  };
+  struct Range {
+    int i0, j0, i1, j1;  // closed
+  };
+
+  std::size_t index(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) +
+           static_cast<std::size_t>(i);
+  }
+  Stencil stencil(double x, double y) const;
+  Range involved(const Box& area) const;
+
+  double x0_ = 0, y0_ = 0;        // of the level's pixel (0,0)
+  double per_x_ = 1, per_y_ = 1;  // pixels per metre
   std::int64_t i0_ = 0, j0_ = 0;
   int width_ = 0, height_ = 0;
   std::vector<float> filled_;
   std::vector<bool> valid_;
 };
+
+/// Contains every interpolation between samples in [low, high].
+Interval widened(float low, float high);
 
 }  // namespace hoodoo::dem
