@@ -49,7 +49,7 @@ int tell(const Error& error, bool as_json) {
 int run(int argc, char** argv) {
   CLI::App app("hoodoo bakes terrain with caves, arches and overhangs into 3D Tiles");
   app.set_version_flag("--version", std::string(slice::engine_version()));
-  app.add_flag("--json", "Results and errors as JSON");
+  app.add_flag("--json")->description("Results and errors as JSON");
   app.require_subcommand(1);
   app.fallthrough();
   int exit = 0;

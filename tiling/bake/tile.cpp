@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 void add_to_box(Box& box, const surface::Mesh& mesh, const slice::StepPoint& origin, double step) {
   for (const auto& p : mesh.points) {
-    box.add({static_cast<double>(origin[0] + p[0]) * step,
+    box.add(Vec3{static_cast<double>(origin[0] + p[0]) * step,
              static_cast<double>(origin[1] + p[1]) * step,
              static_cast<double>(origin[2] + p[2]) * step});
   }

@@ -17,7 +17,7 @@ std::int64_t floor_divide(std::int64_t a, std::int64_t b) {
 bool may_cover(const tree::HeightBody& body, double x, double y) {
   if (body.domain.empty()) return true;
   Box box;
-  for (const auto& corner : body.domain) box.add({corner[0], corner[1], 0});
+  for (const auto& corner : body.domain) box.add(Vec3{corner[0], corner[1], 0});
   box = box.grown(body.falloff);
   return x >= box.min.x && x <= box.max.x && y >= box.min.y && y <= box.max.y;
 }
