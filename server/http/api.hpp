@@ -1,0 +1,75 @@
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/http/message.hpp"
+#include "server/job/job.hpp"
+
+/// The routes of the service: a request in, a response out, no socket in sight.
+namespace hoodoo::http {
+
+inline constexpr std::size_t most_body = 4u << 20;  // [bytes] of a request
+inline constexpr std::size_t most_path = 1024;      // [bytes]
+
+struct ApiSettings {
+  std::string base;                 // absolute address of the service, no slash at the end
+  std::vector<std::string> hosts;   // Host headers taken; empty: any
+  std::filesystem::path viewer;     // folder of the viewer's files
+  std::vector<std::string> hidden;  // folders whose names no client sees
+  nlohmann::json scene_schema;
+};
+
+/// Answers every request; never throws. May be called from many threads.
+///
+///   GET    /  /conformance  /processes  /processes/bake-terrain  /healthz
+///   POST   /processes/bake-terrain/execution     {"inputs": {"scene": {...}}}
+///   GET    /jobs  /jobs/ID  /jobs/ID/results  /jobs/ID/results/{tileset,manifest,report}
+///   DELETE /jobs/ID
+///   GET    /jobs/ID/tiles/...   /viewer/...
+///
+/// A request that is no job in form is 400; a scene with problems is 422 with all of them, the
+/// pointers into the scene. Documents and tiles of a job may be read by pages of other origins;
+/// the list of jobs, posting and deleting may not.
+class Api {
+ public:
+  Api(job::Queue& queue, ApiSettings settings);
+  Response answer(const Request& request);
+
+ private:
+  using Parameters = std::vector<std::string_view>;
+  using Handler = Response (Api::*)(const Request&, const Parameters&);
+  /// In a pattern, "*" takes one segment and "**" all that follow, as parameters of the handler.
+  struct Route {
+    std::string_view method, pattern;
+    Handler handler;
+  };
+  static const std::vector<Route>& routes();
+  Response route(const Request& request);
+
+  Response landing(const Request&, const Parameters&);
+  Response conforms(const Request&, const Parameters&);
+  Response processes(const Request&, const Parameters&);
+  Response process(const Request&, const Parameters&);
+  Response execute(const Request&, const Parameters&);
+  Response jobs(const Request&, const Parameters&);
+  Response status(const Request&, const Parameters&);
+  Response dismiss(const Request&, const Parameters&);
+  Response job_results(const Request&, const Parameters&);
+  Response one_result(const Request&, const Parameters&);
+  Response tile(const Request&, const Parameters&);
+  Response viewer(const Request&, const Parameters&);
+  Response viewer_folder(const Request&, const Parameters&);
+  Response health(const Request&, const Parameters&);
+
+  nlohmann::json info(const job::Job& job) const;
+  std::vector<Problem> visible(const job::Job& job) const;
+  Response unfinished(const job::Job& job) const;
+
+  job::Queue& queue_;
+  const ApiSettings settings_;
+};
+
+}  // namespace hoodoo::http

@@ -1,0 +1,187 @@
+#include "server/http/files.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+#include <utility>
+
+#include "server/http/problem.hpp"
+
+namespace hoodoo::http {
+namespace {
+
+constexpr std::size_t most_segments = 16;
+
+using Descriptor = std::shared_ptr<const int>;
+Descriptor owned(int file) {
+  return {new int(file), [](const int* held) {
+            ::close(*held);
+            delete held;
+          }};
+}
+
+bool is_plain(std::string_view segment) {
+  constexpr std::string_view allowed =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-";
+  return !segment.empty() && segment.size() <= 255 && segment.front() != '.' &&
+         segment.find_first_not_of(allowed) == segment.npos;
+}
+
+/// The segments of a name that may be served, or nothing.
+std::vector<std::string> segments(std::string_view name) {
+  std::vector<std::string> parts;
+  for (;;) {
+    const auto slash = name.find('/');
+    const auto part = name.substr(0, slash);
+    if (!is_plain(part) || parts.size() == most_segments) return {};
+    parts.emplace_back(part);
+    if (slash == name.npos) return parts;
+    name.remove_prefix(slash + 1);
+  }
+}
+
+/// Walks down segment by segment, so that no symbolic link is followed anywhere on the way.
+Descriptor open_below(const std::filesystem::path& folder, const std::vector<std::string>& parts) {
+  int at = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+  for (std::size_t i = 0; at >= 0 && i < parts.size(); ++i) {
+    const bool last = i + 1 == parts.size();
+    const int flags = last ? O_RDONLY | O_NONBLOCK : O_PATH | O_DIRECTORY;
+    const int below = ::openat(at, parts[i].c_str(), flags | O_NOFOLLOW | O_CLOEXEC);
+    ::close(at);
+    at = below;
+  }
+  return at < 0 ? nullptr : owned(at);
+}
+
+std::string_view type_of(std::string_view extension) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 9> types{
+      {{".glb", "model/gltf-binary"},
+       {".json", "application/json"},
+       {".html", "text/html; charset=utf-8"},
+       {".css", "text/css; charset=utf-8"},
+       {".js", "text/javascript; charset=utf-8"},
+       {".wasm", "application/wasm"},
+       {".svg", "image/svg+xml"},
+       {".png", "image/png"},
+       {".txt", "text/plain; charset=utf-8"}}};
+  for (const auto& [known, type] : types) {
+    if (known == extension) return type;
+  }
+  return "application/octet-stream";
+}
+
+/// True for a name that a tile's SHA-256 makes.
+bool is_content_addressed(std::string_view stem) {
+  return stem.size() == 64 && stem.find_first_not_of("0123456789abcdef") == stem.npos;
+}
+
+/// Files are replaced by a rename and never written in place, so inode, size and time tell two
+/// contents of one name apart.
+std::string etag_of(std::string_view stem, const struct stat& status) {
+  if (is_content_addressed(stem)) return fmt::format("\"{}\"", stem);
+  return fmt::format("\"{:x}-{:x}-{:x}.{:x}\"", status.st_ino, status.st_size,
+                     status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+}
+
+/// If-None-Match compares weakly: RFC 9110, 13.1.2.
+bool lists(std::string_view header, std::string_view etag) {
+  if (header == "*") return true;
+  while (!header.empty()) {
+    const auto comma = header.find(',');
+    auto one = header.substr(0, comma);
+    header.remove_prefix(comma == header.npos ? header.size() : comma + 1);
+    while (one.starts_with(' ') || one.starts_with('\t')) one.remove_prefix(1);
+    while (one.ends_with(' ') || one.ends_with('\t')) one.remove_suffix(1);
+    if (one.starts_with("W/")) one.remove_prefix(2);
+    if (one == etag) return true;
+  }
+  return false;
+}
+
+struct Range {
+  enum class Kind { none, part, refused } kind = Kind::none;
+  std::uint64_t offset = 0, length = 0;
+};
+
+std::optional<std::uint64_t> number(std::string_view text) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// RFC 9110, 14.1.2. A unit other than bytes is ignored.
+Range range_of(std::string_view header, std::uint64_t size) {
+  constexpr std::string_view unit = "bytes=";
+  if (!header.starts_with(unit)) return {};
+  header.remove_prefix(unit.size());
+  const auto dash = header.find('-');
+  const Range refused{Range::Kind::refused, 0, 0};
+  if (dash == header.npos || size == 0) return refused;
+  const auto first = number(header.substr(0, dash)), last = number(header.substr(dash + 1));
+  if (dash == 0) {  // the last bytes
+    if (!last || *last == 0) return refused;
+    const auto length = std::min(*last, size);
+    return {Range::Kind::part, size - length, length};
+  }
+  if (!first || *first >= size || (!last && dash + 1 < header.size())) return refused;
+  if (last && *last < *first) return refused;
+  const auto end = last ? std::min(*last, size - 1) : size - 1;
+  return {Range::Kind::part, *first, end - *first + 1};
+}
+
+Response not_found() { return problem(404, "There is no such file."); }
+
+}  // namespace
+
+Response serve_file(const Folder& folder, std::string_view name, const Request& request) {
+  const auto parts = segments(name);
+  if (parts.empty()) return not_found();
+  const std::filesystem::path last(parts.back());
+  const auto extension = last.extension().string(), stem = last.stem().string();
+  if (std::ranges::find(folder.extensions, extension) == folder.extensions.end()) {
+    return not_found();
+  }
+  const auto file = open_below(folder.path, parts);
+  struct stat status {};
+  if (!file || ::fstat(*file, &status) != 0 || !S_ISREG(status.st_mode)) return not_found();
+
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  const auto etag = etag_of(stem, status);
+  Response response;
+  response.headers = {
+      {"ETag", etag},
+      {"Accept-Ranges", "bytes"},
+      {"Cache-Control",
+       is_content_addressed(stem) ? "public, max-age=31536000, immutable" : "no-cache"}};
+  if (lists(request.header("if-none-match"), etag)) {
+    response.status = 304;
+    return response;
+  }
+  response.type = type_of(extension);
+  response.part = FilePart{file, 0, size};
+  const auto condition = request.header("if-range");
+  if (request.method != "GET" || (!condition.empty() && condition != etag)) return response;
+  const auto range = range_of(request.header("range"), size);
+  if (range.kind == Range::Kind::refused) {
+    auto refusal = problem(416, "Ask for one range of bytes inside the file.");
+    refusal.headers.emplace_back("Content-Range", fmt::format("bytes */{}", size));
+    return refusal;
+  }
+  if (range.kind == Range::Kind::part) {
+    response.status = 206;
+    response.part = FilePart{file, range.offset, range.length};
+    response.headers.emplace_back(
+        "Content-Range",
+        fmt::format("bytes {}-{}/{}", range.offset, range.offset + range.length - 1, size));
+  }
+  return response;
+}
+
+}  // namespace hoodoo::http

@@ -1,0 +1,116 @@
+#include "server/http/http.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <string_view>
+#include <system_error>
+
+#include "engine/base/error.hpp"
+#include "server/http/api.hpp"
+#include "server/http/listener.hpp"
+
+namespace hoodoo::http {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_loopback(std::string_view host) {
+  return host == "localhost" || host == "::1" || host.starts_with("127.");
+}
+bool is_wildcard(std::string_view host) { return host == "0.0.0.0" || host == "::"; }
+
+/// "host:port" of an address "http://host:port"; empty when it is none.
+std::string authority_of(std::string_view url) {
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!url.starts_with(scheme)) continue;
+    url.remove_prefix(scheme.size());
+    return std::string(url.substr(0, url.find('/')));
+  }
+  return {};
+}
+
+std::string base_of(const Settings& settings, int port) {
+  if (settings.public_url.empty()) {
+    const bool v6 = settings.host.find(':') != settings.host.npos;
+    return fmt::format(fmt::runtime(v6 ? "http://[{}]:{}" : "http://{}:{}"), settings.host, port);
+  }
+  auto url = settings.public_url;
+  while (url.ends_with('/')) url.pop_back();
+  return url;
+}
+
+std::vector<std::string> hosts_of(const Settings& settings, int port) {
+  if (!is_loopback(settings.host)) return {};
+  std::vector<std::string> hosts;
+  for (const auto* name : {"localhost", "127.0.0.1", "[::1]"}) {
+    hosts.push_back(fmt::format("{}:{}", name, port));
+    if (port == 80) hosts.emplace_back(name);
+  }
+  hosts.push_back(authority_of(base_of(settings, port)));
+  return hosts;
+}
+
+void check(const Settings& settings) {
+  if (settings.public_url.empty() && is_wildcard(settings.host)) {
+    throw Error(Fault::bad_input, "--public-url",
+                "is needed when listening on all addresses: answers hold absolute links");
+  }
+  if (!settings.public_url.empty() && authority_of(settings.public_url).empty()) {
+    throw Error(Fault::bad_input, "--public-url",
+                "must start with http:// or https:// and a host, got " + settings.public_url);
+  }
+}
+
+/// Beside the command in a build folder, under share/ once installed.
+fs::path find_viewer() {
+  std::error_code error;
+  const auto command = fs::read_symlink("/proc/self/exe", error);
+  for (const auto* place : {"viewer", "../share/hoodoo/viewer"}) {
+    const auto folder = command.parent_path() / place;
+    if (fs::exists(folder / "index.html", error)) return fs::canonical(folder, error);
+  }
+  return {};
+}
+
+std::vector<std::string> hidden_of(const Settings& settings) {
+  std::vector<std::string> hidden;
+  auto folders = settings.roots;
+  folders.push_back(settings.data);
+  for (const auto& folder : folders) {
+    std::error_code error;
+    for (const auto& name : {fs::canonical(folder, error), folder}) {
+      if (!name.empty() && name != "." && name != "/") hidden.push_back(name.string() + "/");
+    }
+  }
+  return hidden;
+}
+
+}  // namespace
+
+void serve(const Settings& given) {
+  auto settings = given;
+  std::erase_if(settings.host, [](char c) { return c == '[' || c == ']'; });
+  check(settings);
+  Listener listener(settings.host, settings.port);
+  job::Settings queue_settings;
+  queue_settings.data = settings.data;
+  queue_settings.roots = settings.roots;
+  queue_settings.threads = settings.threads;
+  queue_settings.memory = settings.memory;
+  job::Queue queue(std::move(queue_settings), {[](const auto& scene, const auto& sources) {
+                                                 return scene::check(scene, sources);
+                                               },
+                                               bake::run});
+  ApiSettings api_settings;
+  api_settings.base = base_of(settings, listener.port());
+  api_settings.hosts = hosts_of(settings, listener.port());
+  api_settings.viewer = settings.viewer.empty() ? find_viewer() : settings.viewer;
+  api_settings.hidden = hidden_of(settings);
+  api_settings.scene_schema = scene::schema();
+  if (settings.listening) settings.listening(listener.port());
+  Api api(queue, std::move(api_settings));
+  listener.run([&api](const Request& request) { return api.answer(request); }, settings.stop);
+}
+
+}  // namespace hoodoo::http

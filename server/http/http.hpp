@@ -1,0 +1,35 @@
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+/// server/http: routes; the only place that knows status codes.
+namespace hoodoo::http {
+
+struct Settings {
+  std::string host = "127.0.0.1";                // an IPv6 address may stand in brackets
+  int port = 8080;                               // 0: any that is free
+  std::filesystem::path data;                    // jobs and their tilesets
+  std::vector<std::filesystem::path> roots;      // where a job's scene may find elevations
+  int threads = 1;                               // of a bake
+  std::size_t memory = std::size_t{1024} << 20;  // [bytes] of a bake
+  /// How clients reach the server, "https://terrain.example.org"; empty: the address it listens on.
+  std::string public_url;
+  std::filesystem::path viewer;             // the viewer's files; empty: beside the command
+  std::function<void(int port)> listening;  // called once, when requests are answered
+  std::stop_token stop;
+};
+
+/// Serves until `stop`. A bake that runs then is stopped, and goes on when a server opens the
+/// same data again.
+///
+/// On a loopback address only requests for a loopback host or the public one are answered, so
+/// that no page can reach the server through a name of its own.
+/// Errors: bad_input (public_url; it is needed when listening on all addresses), not_found
+/// (a root), io (the address or the data are in use).
+void serve(const Settings& settings);
+
+}  // namespace hoodoo::http

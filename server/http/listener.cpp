@@ -1,0 +1,176 @@
+#include "server/http/listener.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/core.h>
+#include <httplib.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cctype>
+#include <chrono>
+#include <condition_variable>
+#include <ctime>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "engine/base/error.hpp"
+#include "server/http/api.hpp"
+#include "server/http/problem.hpp"
+
+namespace hoodoo::http {
+namespace {
+
+using namespace std::chrono_literals;
+
+Request read_head(const httplib::Request& from) {
+  Request request;
+  request.method = from.method;
+  request.path = from.path;
+  const auto question = from.target.find('?');
+  if (question != from.target.npos) request.query = from.target.substr(question + 1);
+  for (const auto& header : from.headers) {
+    auto name = header.first;
+    std::ranges::transform(name, name.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    auto& value = request.headers[name];
+    value += (value.empty() ? "" : ", ") + header.second;
+  }
+  return request;
+}
+
+/// Sends a file in pieces, so that memory does not grow with it.
+bool send_piece(const FilePart& part, std::size_t offset, std::size_t length,
+                httplib::DataSink& sink) {
+  std::array<char, 1 << 16> piece;
+  const auto got = ::pread(*part.file, piece.data(), std::min(length, piece.size()),
+                           static_cast<off_t>(part.offset + offset));
+  return got > 0 && sink.write(piece.data(), static_cast<std::size_t>(got));
+}
+
+void write(Response&& from, httplib::Response& to) {
+  to.status = from.status;
+  for (auto& [name, value] : from.headers) to.set_header(name, value);
+  if (from.part && from.part->length > 0) {
+    to.set_content_provider(
+        from.part->length, from.type,
+        [part = *from.part](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+          return send_piece(part, offset, length, sink);
+        });
+  } else if (!from.type.empty()) {
+    to.set_content(std::move(from.body), from.type);
+  }
+}
+
+/// What the library refuses by itself answers in the words of the rest.
+httplib::Server::HandlerResponse explain(const httplib::Request&, httplib::Response& response) {
+  using enum httplib::Server::HandlerResponse;
+  if (!response.body.empty() || response.content_provider_) return Unhandled;
+  const auto* detail = response.status == 413   ? "The body is over the limit."
+                       : response.status == 416 ? "Ask for one range of bytes."
+                                                : "The request could not be understood.";
+  write(problem(response.status, detail), response);
+  return Handled;
+}
+
+/// A server must date its answers (RFC 9110, 6.6.1), and these two have no content to measure.
+void finish(const httplib::Request&, httplib::Response& response) {
+  if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
+  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  response.set_header("Date", fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(now)));
+}
+
+}  // namespace
+
+struct Listener::Server : httplib::Server {
+  using HandlerResponse = httplib::Server::HandlerResponse;
+
+  void answer(const std::function<Response(const Request&)>& handler);
+  void configure();
+};
+
+void Listener::Server::configure() {
+  // The default, SO_REUSEPORT, would let a second server take half of the connections in silence.
+  set_socket_options(
+      [](socket_t socket) { httplib::set_socket_opt(socket, SOL_SOCKET, SO_REUSEADDR, 1); });
+  set_tcp_nodelay(true);
+  set_payload_max_length(most_body);
+  set_read_timeout(10s);
+  set_write_timeout(20s);
+  set_keep_alive_timeout(5);
+  set_keep_alive_max_count(10'000);
+  new_task_queue = [] { return new httplib::ThreadPool(16, 128, 1024); };
+  set_error_handler(explain);
+  set_post_routing_handler(finish);
+  set_exception_handler([](const httplib::Request&, httplib::Response& to, std::exception_ptr) {
+    write(problem(500, "internal error"), to);
+  });
+  set_expect_100_continue_handler([](const httplib::Request& from, httplib::Response&) {
+    return from.get_header_value_u64("Content-Length") > most_body ? 413 : 100;
+  });
+}
+
+void Listener::Server::answer(const std::function<Response(const Request&)>& handler) {
+  // Called first for every request. One that may have a body goes on to the routes below.
+  set_pre_routing_handler([&handler](const httplib::Request& from, httplib::Response& to) {
+    // Ranges are answered by the handler, not applied once more to what it gives.
+    const_cast<httplib::Request&>(from).ranges.clear();
+    const bool has_body = from.has_header("Content-Length") || from.has_header("Transfer-Encoding");
+    const bool reads = from.method == "GET" || from.method == "HEAD" || from.method == "OPTIONS";
+    if (!reads && from.path.size() <= most_path && !from.has_header("Content-Encoding")) {
+      if (has_body || from.method != "POST") return HandlerResponse::Unhandled;
+      write(problem(411, "Say how long the body is."), to);
+    } else if (from.has_header("Content-Encoding")) {
+      write(problem(415, "Send the body without an encoding."), to);
+    } else {
+      write(handler(read_head(from)), to);
+    }
+    return HandlerResponse::Handled;
+  });
+  const auto with_body = [&handler](const httplib::Request& from, httplib::Response& to,
+                                    const httplib::ContentReader& read) {
+    auto request = read_head(from);
+    const bool whole = read([&request](const char* data, std::size_t length) {
+      request.body.append(data, length);
+      return request.body.size() <= most_body;
+    });
+    if (whole) {
+      write(handler(request), to);
+    } else if (to.status < 400) {
+      to.status = 400;
+    }
+  };
+  Post(".*", with_body).Put(".*", with_body).Patch(".*", with_body).Delete(".*", with_body);
+}
+
+Listener::Listener(const std::string& host, int port) : server_(std::make_unique<Server>()) {
+  server_->configure();
+  port_ = port == 0 ? server_->bind_to_any_port(host) : port;
+  if (port_ < 0 || (port != 0 && !server_->bind_to_port(host, port))) {
+    throw Error(Fault::io, fmt::format("{}:{}", host, port),
+                "cannot be listened on: it is no address of this machine, or is taken");
+  }
+}
+
+Listener::~Listener() = default;
+
+void Listener::run(const std::function<Response(const Request&)>& handler,
+                   const std::stop_token& stop) {
+  server_->answer(handler);
+  std::atomic<bool> ended = false;
+  std::jthread stopper([&](const std::stop_token& asked) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any().wait(lock, asked, [] { return false; });
+    while (!ended && !server_->is_running()) std::this_thread::sleep_for(1ms);
+    if (!ended) server_->stop();
+  });
+  const std::stop_callback forward(stop, [&stopper] { stopper.request_stop(); });
+  const bool well = server_->listen_after_bind();
+  ended = true;
+  if (!well) throw Error(Fault::io, "", "connections can no longer be accepted");
+}
+
+}  // namespace hoodoo::http

@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+/// What a route sees and gives, whatever library talks to the socket.
+namespace hoodoo::http {
+
+struct Request {
+  std::string method;                                       // upper case
+  std::string path;                                         // decoded, without the query
+  std::string query;                                        // as sent, without the question mark
+  std::map<std::string, std::string, std::less<>> headers;  // lower-case names
+  std::string body;
+
+  /// Empty when absent.
+  std::string_view header(std::string_view lower_case_name) const {
+    const auto found = headers.find(lower_case_name);
+    return found == headers.end() ? std::string_view() : std::string_view(found->second);
+  }
+};
+
+/// A part of an open file, read when it is sent.
+struct FilePart {
+  std::shared_ptr<const int> file;       // descriptor
+  std::uint64_t offset = 0, length = 0;  // [bytes]
+};
+
+struct Response {
+  int status = 200;
+  std::vector<std::pair<std::string, std::string>> headers;
+  std::string type;  // of the content
+  std::string body;
+  std::optional<FilePart> part;  // instead of a body
+
+  /// Empty when absent.
+  std::string_view header(std::string_view name) const {
+    for (const auto& [key, value] : headers) {
+      if (key == name) return value;
+    }
+    return {};
+  }
+};
+
+}  // namespace hoodoo::http

@@ -1,0 +1,98 @@
+#include "server/http/problem.hpp"
+
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+namespace hoodoo::http {
+namespace {
+
+std::string_view title_of(int status) {
+  switch (status) {
+    case 400:
+      return "Bad Request";
+    case 404:
+      return "Not Found";
+    case 405:
+      return "Method Not Allowed";
+    case 409:
+      return "Conflict";
+    case 411:
+      return "Length Required";
+    case 413:
+      return "Content Too Large";
+    case 414:
+      return "URI Too Long";
+    case 415:
+      return "Unsupported Media Type";
+    case 416:
+      return "Range Not Satisfiable";
+    case 421:
+      return "Misdirected Request";
+    case 422:
+      return "Unprocessable Content";
+    case 429:
+      return "Too Many Requests";
+    case 503:
+      return "Service Unavailable";
+    case 507:
+      return "Insufficient Storage";
+    default:
+      return "Internal Server Error";
+  }
+}
+
+void hide(std::string& text, const std::string& folder) {
+  if (folder.empty()) return;
+  for (auto at = text.find(folder); at != text.npos; at = text.find(folder, at)) {
+    text.erase(at, folder.size());
+  }
+}
+
+}  // namespace
+
+int status_of(Fault fault) {
+  switch (fault) {
+    case Fault::bad_input:
+      return 422;
+    case Fault::not_found:
+      return 404;
+    case Fault::limit:
+      return 413;
+    case Fault::cancelled:
+      return 409;
+    case Fault::io:
+      return 507;
+    case Fault::internal:
+      return 500;
+  }
+  return 500;
+}
+
+Response problem(int status, const std::string& detail, const std::vector<Problem>& problems,
+                 const std::string& type) {
+  nlohmann::json body{
+      {"type", type}, {"title", title_of(status)}, {"status", status}, {"detail", detail}};
+  for (const auto& found : problems) {
+    body["errors"].push_back({{"pointer", found.where}, {"detail", found.what}});
+  }
+  Response response;
+  response.status = status;
+  response.type = "application/problem+json";
+  response.headers = {{"Cache-Control", "no-store"}};
+  response.body = body.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return response;
+}
+
+std::vector<Problem> shown(Fault fault, std::vector<Problem> problems,
+                           const std::vector<std::string>& hidden) {
+  if (fault == Fault::internal) return {{"", "internal error"}};
+  for (auto& found : problems) {
+    for (const auto& folder : hidden) {
+      hide(found.where, folder);
+      hide(found.what, folder);
+    }
+  }
+  return problems;
+}
+
+}  // namespace hoodoo::http

@@ -1,0 +1,23 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "engine/base/error.hpp"
+#include "server/http/message.hpp"
+
+/// Errors as application/problem+json, RFC 9457.
+namespace hoodoo::http {
+
+/// What a fault answers when a request runs into it.
+int status_of(Fault fault);
+
+/// `type` is "about:blank" unless given; `problems` become errors[{pointer, detail}].
+Response problem(int status, const std::string& detail, const std::vector<Problem>& problems = {},
+                 const std::string& type = "about:blank");
+
+/// The text of a fault as a client may see it: without the folders of this machine (`hidden`), and
+/// nothing but its kind when it is internal.
+std::vector<Problem> shown(Fault fault, std::vector<Problem> problems,
+                           const std::vector<std::string>& hidden);
+
+}  // namespace hoodoo::http
