@@ -13,11 +13,11 @@
 namespace hoodoo::glb {
 namespace {
 
-/// Encoder and decoder speed, 0 smallest to 10 fastest. 5 encodes 2 to 4 million triangles a second;
-/// 0 takes a tenth to a fifth off the bytes and more than doubles the time.
+/// Encoder and decoder speed, 0 smallest to 10 fastest. 5 encodes 2 to 4 million triangles a
+/// second; 0 takes a tenth to a fifth off the bytes and more than doubles the time.
 constexpr int speed = 5;
 constexpr int normal_bits = 10;
-constexpr int most_position_bits = 24;   // the significand of a float
+constexpr int most_position_bits = 24;  // the significand of a float
 
 template <class Value>
 int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data,
@@ -44,10 +44,11 @@ Grid grid_of(const Primitive& primitive, double step) {
       high[a] = std::max(high[a], p[a]);
     }
   }
-  double extent = 0, reach = 0;   // [steps]
+  double extent = 0, reach = 0;  // [steps]
   for (std::size_t a = 0; a < 3; ++a) {
     extent = std::max(extent, (static_cast<double>(high[a]) - static_cast<double>(low[a])) / step);
-    reach = std::max({reach, -static_cast<double>(low[a]) / step, static_cast<double>(high[a]) / step});
+    reach =
+        std::max({reach, -static_cast<double>(low[a]) / step, static_cast<double>(high[a]) / step});
   }
   const double most = 1 << most_position_bits;
   if (!(extent < most && reach < most)) {
@@ -76,7 +77,8 @@ Compressed compress(const Primitive& primitive, double step, bool wide_ids) {
   using Kind = draco::GeometryAttribute;
   const int position =
       add_attribute(mesh, Kind::POSITION, draco::DT_FLOAT32, 3, false, primitive.positions);
-  const int normal = add_attribute(mesh, Kind::NORMAL, draco::DT_FLOAT32, 3, false, primitive.normals);
+  const int normal =
+      add_attribute(mesh, Kind::NORMAL, draco::DT_FLOAT32, 3, false, primitive.normals);
   const int color = add_attribute(mesh, Kind::COLOR, draco::DT_UINT8, 4, true, primitive.colors);
   int id = 0;
   if (wide_ids) {
@@ -123,9 +125,10 @@ Primitive decompress(std::span<const std::byte> bytes, const std::map<std::strin
   const draco::Mesh& mesh = *decoded.value();
   const auto find = [&](const char* name, int components) {
     const auto at = attributes.find(name);
-    const auto* attribute = at == attributes.end() || at->second < 0
-                                ? nullptr
-                                : mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(at->second));
+    const auto* attribute =
+        at == attributes.end() || at->second < 0
+            ? nullptr
+            : mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(at->second));
     if (attribute == nullptr || attribute->num_components() != components) {
       throw refuse(std::string("its Draco data have no ") + name);
     }

@@ -13,7 +13,7 @@ namespace hoodoo::glb {
 
 /// A primitive in the axes and units of the glTF file.
 struct Primitive {
-  std::vector<std::array<float, 3>> positions;   // [m], multiples of the step
+  std::vector<std::array<float, 3>> positions;  // [m], multiples of the step
   std::vector<Vec3f> normals;
   std::vector<std::array<std::uint8_t, 4>> colors;
   std::vector<std::uint16_t> materials;
@@ -26,8 +26,8 @@ inline constexpr std::uint16_t most_short_id = 255;
 /// A primitive as the buffer of KHR_draco_mesh_compression.
 struct Compressed {
   std::vector<unsigned char> bytes;
-  std::size_t vertices = 0, triangles = 0;   // as encoded
-  std::map<std::string, int> attributes;     // glTF name -> id in the buffer
+  std::size_t vertices = 0, triangles = 0;  // as encoded
+  std::map<std::string, int> attributes;    // glTF name -> id in the buffer
 };
 
 /// Compresses with explicit quantisation: the grid of `step` anchored at the lowest corner, in as

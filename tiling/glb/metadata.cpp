@@ -101,10 +101,8 @@ void add_materials(tinygltf::Model& model, const std::vector<tree::Material>& ma
 
 tinygltf::Value features(std::span<const std::uint16_t> materials) {
   const std::set<std::uint16_t> ids(materials.begin(), materials.end());
-  const json set{{"featureCount", ids.size()},
-                 {"attribute", 0},
-                 {"propertyTable", 0},
-                 {"label", "material"}};
+  const json set{
+      {"featureCount", ids.size()}, {"attribute", 0}, {"propertyTable", 0}, {"label", "material"}};
   return to_value({{"featureIds", json::array({set})}});
 }
 

@@ -86,8 +86,7 @@ class Builder {
       return view;
     };
     const auto vertices = [&](const char* name, const auto& values) {
-      put(result.attributes[name], std::as_bytes(std::span(values)),
-          TINYGLTF_TARGET_ARRAY_BUFFER);
+      put(result.attributes[name], std::as_bytes(std::span(values)), TINYGLTF_TARGET_ARRAY_BUFFER);
     };
     put(result.indices, std::as_bytes(std::span(primitive.triangles)),
         TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
@@ -156,11 +155,10 @@ class Builder {
     const int color = accessor(TINYGLTF_TYPE_VEC4, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, vertices);
     model_.accessors[static_cast<std::size_t>(color)].normalized = true;
     result.attributes["COLOR_0"] = color;
-    result.attributes["_FEATURE_ID_0"] =
-        accessor(TINYGLTF_TYPE_SCALAR,
-                 wide_ids_ ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT
-                           : TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
-                 vertices);
+    result.attributes["_FEATURE_ID_0"] = accessor(
+        TINYGLTF_TYPE_SCALAR,
+        wide_ids_ ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+        vertices);
     return result;
   }
 

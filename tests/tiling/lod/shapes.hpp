@@ -16,8 +16,11 @@ inline constexpr std::int32_t units = 256;
 /// Value noise in [0, 1] of a lattice of `period` cells, smoothly interpolated.
 inline double noise(double x, double y, double period, std::uint64_t seed) {
   const double u = x / period, v = y / period;
-  const auto i = static_cast<std::int64_t>(std::floor(u)), j = static_cast<std::int64_t>(std::floor(v));
-  const auto at = [&](std::int64_t a, std::int64_t b) { return unit_real(random_bits(seed, a, b)); };
+  const auto i = static_cast<std::int64_t>(std::floor(u)),
+             j = static_cast<std::int64_t>(std::floor(v));
+  const auto at = [&](std::int64_t a, std::int64_t b) {
+    return unit_real(random_bits(seed, a, b));
+  };
   const auto ease = [](double t) { return t * t * (3 - 2 * t); };
   const double s = ease(u - static_cast<double>(i)), t = ease(v - static_cast<double>(j));
   const double low = at(i, j) + s * (at(i + 1, j) - at(i, j));
@@ -40,12 +43,12 @@ inline double hills(double x, double y, int octaves, double height) {
 struct Hills {
   int side = 64;
   int octaves = 4;
-  double height = 20;      // of the largest hills [cells]
+  double height = 20;  // of the largest hills [cells]
   double boundary = -1;
   std::int64_t x0 = 0, y0 = 0;
 };
 inline surface::Surface height_field(const Hills& hills_of) {
-  const int n = hills_of.side + 2;   // border, cells, border
+  const int n = hills_of.side + 2;  // border, cells, border
   surface::Surface s;
   const auto coordinate = [&](int k, std::int64_t column, std::int64_t row, int axis) {
     if (k == 0) return 0;
@@ -60,9 +63,9 @@ inline surface::Surface height_field(const Hills& hills_of) {
       const auto column = i == 0 || i == n - 1 ? edge : hills_of.x0 + i;
       const auto row = j == 0 || j == n - 1 ? edge : hills_of.y0 + j;
       const int x = coordinate(i, column, row, 0), y = coordinate(j, column, row, 1);
-      const double z = hills(static_cast<double>(hills_of.x0) + x / 256.0,
-                             static_cast<double>(hills_of.y0) + y / 256.0, hills_of.octaves,
-                             hills_of.height);
+      const double z =
+          hills(static_cast<double>(hills_of.x0) + x / 256.0,
+                static_cast<double>(hills_of.y0) + y / 256.0, hills_of.octaves, hills_of.height);
       s.points.push_back({x, y, static_cast<std::int32_t>(std::nearbyint(z * units))});
       s.planes.push_back(static_cast<std::uint8_t>(
           (i == 0 ? surface::west : 0) | (i == n - 1 ? surface::east : 0) |
@@ -90,11 +93,14 @@ inline surface::Surface height_field(const Hills& hills_of) {
 inline surface::Surface torus(int around, int across, double radius, double tube) {
   surface::Surface s;
   constexpr double turn = 2 * 3.14159265358979323846;
-  const auto steps = [](double cells) { return static_cast<std::int32_t>(std::nearbyint(cells * units)); };
+  const auto steps = [](double cells) {
+    return static_cast<std::int32_t>(std::nearbyint(cells * units));
+  };
   for (int i = 0; i < around; ++i) {
     for (int j = 0; j < across; ++j) {
       const double a = turn * i / around, b = turn * j / across, r = radius + tube * std::cos(b);
-      s.points.push_back({steps(r * std::cos(a)), steps(r * std::sin(a)), steps(tube * std::sin(b))});
+      s.points.push_back(
+          {steps(r * std::cos(a)), steps(r * std::sin(a)), steps(tube * std::sin(b))});
       s.planes.push_back(0);
     }
   }

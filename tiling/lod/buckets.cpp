@@ -1,0 +1,174 @@
+#include "tiling/lod/buckets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/base/box.hpp"
+
+namespace hoodoo::lod {
+
+double distance2(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const auto from = [&](const Vec3& q) { return dot(p - q, p - q); };
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return dot(ap, ap);
+  const Vec3 bp = p - b;
+  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return dot(bp, bp);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return from(a + ab * (d1 / (d1 - d3)));
+  const Vec3 cp = p - c;
+  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return dot(cp, cp);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return from(a + ac * (d2 / (d2 - d6)));
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    return from(b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))));
+  }
+  const Vec3 normal = cross(ab, ac);
+  const double offset = dot(normal, ap);
+  return offset * offset / dot(normal, normal);
+}
+
+Buckets::Buckets(std::span<const Vec3> points, std::span<const Triangle> triangles, double side) {
+  if (triangles.empty()) return;
+  corners_.reserve(triangles.size());
+  Box box;
+  for (const auto& t : triangles) {
+    corners_.push_back({points[t[0]], points[t[1]], points[t[2]]});
+    for (const auto& corner : corners_.back()) box.add(corner);
+  }
+  low_ = box.min;
+  high_ = box.max;
+  choose_size(side);
+  first_.assign(index({size_[0] - 1, size_[1] - 1, size_[2] - 1}) + 2, 0);
+  for (const auto& triangle : corners_) {
+    for_each_cell(triangle, [&](const Cell& c) { ++first_[index(c) + 1]; });
+  }
+  for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+  members_.resize(first_.back());
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (std::uint32_t t = 0; t < corners_.size(); ++t) {
+    for_each_cell(corners_[t], [&](const Cell& c) { members_[next[index(c)]++] = t; });
+  }
+}
+
+void Buckets::choose_size(double side) {
+  const double most = 4 * static_cast<double>(corners_.size()) + 4096;
+  const Vec3 extent = high_ - low_;
+  const auto along = [&](int axis) { return std::floor(extent[axis] / side_) + 1; };
+  side_ = side;
+  while (along(0) * along(1) * along(2) > most) side_ *= 1.25;
+  for (int axis = 0; axis < 3; ++axis) {
+    size_[static_cast<std::size_t>(axis)] = static_cast<std::int32_t>(along(axis));
+  }
+}
+
+Buckets::Cell Buckets::cell(const Vec3& p) const {
+  Cell result;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const double at = std::floor((p[axis] - low_[axis]) / side_);
+    result[a] = static_cast<std::int32_t>(std::clamp(at, 0.0, static_cast<double>(size_[a] - 1)));
+  }
+  return result;
+}
+
+template <class Visit>
+void Buckets::for_each_cell(const Corners& triangle, Visit visit) const {
+  Box box;
+  for (const auto& corner : triangle) box.add(corner);
+  const Cell low = cell(box.min), high = cell(box.max);
+  const auto along = [&](std::size_t a) { return std::int64_t{high[a] - low[a] + 1}; };
+  const Vec3 normal = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+  if (along(0) * along(1) * along(2) > 12 && dot(normal, normal) > 0) {
+    for_each_cell_of_plane(triangle, normal, low, high, visit);
+    return;
+  }
+  for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+    for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+      for (std::int32_t x = low[0]; x <= high[0]; ++x) visit(Cell{x, y, z});
+    }
+  }
+}
+
+/// The cells of [low, high] that the triangle's plane passes through, column by column along the
+/// axis nearest its normal, where it passes through three at most. Columns beside the triangle's
+/// projection are left out.
+template <class Visit>
+void Buckets::for_each_cell_of_plane(const Corners& triangle, const Vec3& normal, const Cell& low,
+                                     const Cell& high, Visit visit) const {
+  int d = 0;
+  for (int axis = 1; axis < 3; ++axis) {
+    if (std::abs(normal[axis]) > std::abs(normal[d])) d = axis;
+  }
+  const int u = (d + 1) % 3, v = (d + 2) % 3;
+  const auto du = static_cast<std::size_t>(u), dv = static_cast<std::size_t>(v),
+             dd = static_cast<std::size_t>(d);
+  const double half = 0.5 * side_ * (1 + 1e-9);
+  const double facing = normal[d] > 0 ? 1 : -1;
+  const auto outside = [&](double cu, double cv) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3& a = triangle[i];
+      const Vec3 edge = triangle[(i + 1) % 3] - a;
+      const double side = facing * (edge[u] * (cv - a[v]) - edge[v] * (cu - a[u]));
+      if (side + half * (std::abs(edge[u]) + std::abs(edge[v])) < 0) return true;
+    }
+    return false;
+  };
+  const double spread = half * (std::abs(normal[u]) + std::abs(normal[v])) / std::abs(normal[d]);
+  for (std::int32_t i = low[du]; i <= high[du]; ++i) {
+    const double cu = low_[u] + (i + 0.5) * side_;
+    for (std::int32_t j = low[dv]; j <= high[dv]; ++j) {
+      const double cv = low_[v] + (j + 0.5) * side_;
+      if (outside(cu, cv)) continue;
+      const Vec3& a = triangle[0];
+      const double middle =
+          a[d] - (normal[u] * (cu - a[u]) + normal[v] * (cv - a[v])) / normal[d] - low_[d];
+      const auto clamped = [&](double at) {
+        return static_cast<std::int32_t>(std::clamp(
+            std::floor(at / side_), static_cast<double>(low[dd]), static_cast<double>(high[dd])));
+      };
+      Cell c;
+      c[du] = i;
+      c[dv] = j;
+      const std::int32_t last = clamped(middle + spread + 1e-9 * side_);
+      for (c[dd] = clamped(middle - spread - 1e-9 * side_); c[dd] <= last; ++c[dd]) visit(c);
+    }
+  }
+}
+
+double Buckets::beyond(const Vec3& p, double bound2, std::uint32_t& hint) const {
+  const auto to = [&](std::uint32_t t) {
+    return distance2(p, corners_[t][0], corners_[t][1], corners_[t][2]);
+  };
+  if (hint >= corners_.size()) hint = 0;
+  double best = to(hint);
+  if (best <= bound2) return bound2;
+  const auto nearer = [&](std::uint32_t t) {
+    const double d = to(t);
+    if (d < best) {
+      best = d;
+      hint = t;
+    }
+    return best <= bound2;
+  };
+  if (any_in_row(index(cell(p)), 1, nearer)) return bound2;
+  // Whatever lies within the reach has been seen, so a best within it is the nearest.
+  for (double reach = std::max(std::sqrt(bound2), 0.25 * side_);; reach *= 2) {
+    if (any_near(p, std::min(reach, std::sqrt(best)), nearer)) return bound2;
+    if (best <= reach * reach) return best;
+  }
+}
+
+bool Buckets::faces(const Vec3& p, double reach, const Vec3& normal, std::uint32_t hint) const {
+  const auto serves = [&](std::uint32_t t) {
+    const auto& [a, b, c] = corners_[t];
+    return dot(cross(b - a, c - a), normal) > 0 && distance2(p, a, b, c) <= reach * reach;
+  };
+  return serves(hint) || any_near(p, reach, serves);
+}
+
+}  // namespace hoodoo::lod
