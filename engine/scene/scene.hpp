@@ -6,50 +6,74 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "engine/base/box.hpp"
 #include "engine/base/error.hpp"
 #include "engine/dem/dem.hpp"
+#include "engine/scene/fields.hpp"
 #include "engine/tree/ground.hpp"
 
-/// engine/scene: JSON + Pyramid -> Scene: every value present, in range, in metres, points resolved.
+/// engine/scene: JSON + Pyramid -> Scene: every value present, in range, in metres, points
+/// resolved.
 namespace hoodoo::scene {
 
 /// Where a scene may look for files.
 struct Sources {
-  std::filesystem::path base;                 // relative paths start here
-  std::vector<std::filesystem::path> roots;   // when not empty, a file must lie below one of these
-                                              // (symbolic links followed first)
+  std::filesystem::path base;                // relative paths start here
+  std::vector<std::filesystem::path> roots;  // when not empty, a file must lie below one of these
+                                             // (symbolic links followed first)
 };
 
 /// "bake" of the scene.
 struct BakeSettings {
-  std::optional<double> spacing;   // s_0 [m]; none: the first DEM's own
-  std::optional<Box> extent;       // x and y [m]; none: everything the terrains cover
-  int tile_cells = 128;            // 16 to 512, a multiple of 16
-  int levels = 0;                  // 0: until one tile covers the world
-  double simplify = 0.1;           // leaves [s_0]; 0: not at all
-  double simplify_coarse = 0.5;    // other levels [s_L]
-  std::string profile = "draco";   // draco | plain
-};
+  std::optional<double> spacing;  // s_0 [m]; none: the first DEM's own
+  std::optional<Box> extent;      // x and y [m]; none: everything the terrains cover
+  int tile_cells = 128;           // 16 to 512, a multiple of 16
+  int levels = 0;                 // 0: until one tile covers the world
+  double simplify = 0.1;          // leaves [s_0]; 0: not at all
+  double simplify_coarse = 0.5;   // other levels [s_L]
+  std::string profile = "draco";  // draco | plain
 
+  static constexpr auto fields() {
+    using T = BakeSettings;
+    using namespace tree;
+    return std::tuple{
+        OptionalNumber<T>{"spacing", &T::spacing, "m", within(1e-3, longest),
+                          "Distance between samples at the finest level; by default the smaller "
+                          "ground size of the first DEM's pixels."},
+        Special<T, std::optional<Box>>{"extent", &T::extent, extent_form, std::optional<Box>(),
+                                       "The part of the world to bake; by default all of it."},
+        Whole<T>{"tile_cells", &T::tile_cells, 16, 512, 128,
+                 "Cells along a tile's side, a multiple of 16."},
+        Whole<T>{"levels", &T::levels, 0, 32, 0,
+                 "Levels of detail; 0 is as many as it takes until one tile covers the world."},
+        Number<T>{"simplify", &T::simplify, "spacings", within(0, 10), 0.1,
+                  "Largest error of simplification at the finest level; 0 is none."},
+        Number<T>{"simplify_coarse", &T::simplify_coarse, "spacings", within(0, 10), 0.5,
+                  "The same for the other levels, in their own spacings."},
+        Special<T, std::string>{"profile", &T::profile, profile_form, std::string("draco"),
+                                "Encoding of the tiles: Draco compression, or plain glTF."}};
+  }
+  void check(const std::string& where, std::vector<Problem>& problems) const;
+};
 
 /// A scene ready to bake.
 struct Scene {
   std::string name;
   std::uint64_t seed = 0;
   dem::Frame frame;
-  double spacing = 1;              // s_0 [m], rounded
+  double spacing = 1;  // s_0 [m], rounded
   BakeSettings bake;
   tree::Ground ground;
-  std::vector<std::shared_ptr<const dem::Pyramid>> pyramids;   // one per ground.bodies
-  Box extent;                      // of the world [m], z: elevations and influences
+  std::vector<std::shared_ptr<const dem::Pyramid>> pyramids;  // one per ground.bodies
+  Box extent;  // of the world [m], z: elevations and influences
   std::vector<std::string> warnings;
 };
 
 struct OpenSettings {
-  std::filesystem::path cache;     // folder for the pyramids
+  std::filesystem::path cache;  // folder for the pyramids
   dem::IngestSettings ingest;
 };
 
