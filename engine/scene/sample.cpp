@@ -35,7 +35,7 @@ double distance_to_segment(double x, double y, std::array<double, 2> a, std::arr
 }
 
 /// Noise about 0, within [-1, 1], along one row.
-std::vector<double> wave(const Sample& sample, double y, bool along_x, bool along_y,
+std::vector<double> wave(const SampleDem& sample, double y, bool along_x, bool along_y,
                          const Turbulence& noise) {
   const auto n = static_cast<std::size_t>(sample.pixels);
   std::vector<float> px(n), py(n, 0.0F), pz(n, 0.0F), out(n);
@@ -50,14 +50,15 @@ std::vector<double> wave(const Sample& sample, double y, bool along_x, bool alon
 
 /// The noises that the coast is made of, along one row.
 struct Waves {
-  std::vector<double> coast, bend, swell, rough, hills;
+  std::vector<double> coast, bend, swell, ribs, rough, hills;
 
-  Waves(const Sample& sample, double y)
-      : coast(wave(sample, y, false, true, {230, 3, sample.seed})),
-        bend(wave(sample, y, true, false, {420, 2, sample.seed + 1})),
-        swell(wave(sample, y, true, true, {310, 3, sample.seed + 2})),
-        rough(wave(sample, y, true, true, {34, 3, sample.seed + 3})),
-        hills(wave(sample, y, true, true, {2400, 5, sample.seed + 4})) {}
+  Waves(const SampleDem& sample, double y)
+      : coast(wave(sample, y, false, true, {260, 3, sample.seed})),
+        bend(wave(sample, y, true, false, {460, 2, sample.seed + 1})),
+        swell(wave(sample, y, true, true, {330, 3, sample.seed + 2})),
+        ribs(wave(sample, y, true, true, {84, 2, sample.seed + 3})),
+        rough(wave(sample, y, true, true, {30, 3, sample.seed + 4})),
+        hills(wave(sample, y, true, true, {2400, 5, sample.seed + 5})) {}
 };
 
 /// A steep-sided rock in the sea: `top` inside `radius`, falling to `foot` across `flank`.
@@ -66,28 +67,34 @@ double rock(double distance, double radius, double flank, double top, double foo
 }
 
 double elevation(double x, double y, const Waves& w, std::size_t i) {
-  const double coast = 345 + 32 * w.coast[i] + 5 * w.rough[i];
-  const double sea = mix(-16, -6, step(x / 320)) + 1.2 * w.rough[i];
-  const double inland = step((x - 1200) / 2500);
-  const double plateau =
-      114 + 11 * w.swell[i] + 2.5 * w.rough[i] + inland * 260 * std::max(0.0, w.hills[i] + 0.35);
-  const double floor = 4 + 42 * step((x - 330) / 900) + 1.5 * w.rough[i];
-  const double off = std::abs(y - (735 + 70 * w.bend[i])) + 8 * w.swell[i];
-  const double land = mix(floor, plateau, step((off - 34) / 85));
-  double h = mix(sea, land, step((x - coast + 13) / 26));
+  const double ribs = w.ribs[i], rough = w.rough[i];
+  const double sea = mix(-16, -6, step(x / 320)) + 1.5 * ribs;
 
-  const double spur = distance_to_segment(x, y, {196, 300}, {420, 312});
-  h = std::max(h, rock(spur, 30 + 4 * w.swell[i], 22, 76 + 3 * w.rough[i], sea));
-  const double stack = distance_to_segment(x, y, {56, 280}, {64, 290});
-  h = std::max(h, rock(stack, 20 + 3 * w.rough[i], 20, 60 + 3 * w.rough[i], sea));
-  return h;
+  // Inland: a plateau that rises to hills, cut by gullies along the zero lines of the swell.
+  const double hills = 260 * step((x - 1200) / 2500) * std::max(0.0, w.hills[i] + 0.35);
+  const double gully = 1 - step(std::abs(w.swell[i] + 0.1 * ribs) / 0.4);
+  const double plateau = 114 + 22 * w.swell[i] + 1.5 * rough - 14 * gully + hills;
+
+  // The valley: a flat floor, walls with ribs, a stream bed.
+  const double off = std::abs(y - (735 + 150 * w.bend[i]));
+  const double stream = 3 * (1 - step(off / 9));
+  const double floor = 5 + 42 * step((x - 330) / 900) + rough - stream;
+  const double land = mix(floor, plateau, step((off + 26 * ribs + 5 * rough - 30) / 92));
+
+  const double shore = 352 + 120 * w.coast[i] + 16 * ribs + 3 * rough;
+  const double h = mix(sea, land, step((x - shore + 13) / 26));
+
+  const double spur = distance_to_segment(x, y, {196, 300}, {430, 326}) - 15 * ribs - 2 * rough;
+  const double stack = distance_to_segment(x, y, {56, 278}, {64, 290}) - 7 * ribs - 2 * rough;
+  return std::max({h, rock(spur, 30, 22, 76 + 10 * w.swell[i] + 2 * rough, sea),
+                   rock(stack, 20, 20, 60 + 3 * rough, sea)});
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path) {
   throw Error(Fault::io, path.string(), "cannot be written");
 }
 
-void write_tags(TIFF* file, const Sample& sample) {
+void write_tags(TIFF* file, const SampleDem& sample) {
   const auto side = static_cast<std::uint32_t>(sample.pixels);
   TIFFSetField(file, TIFFTAG_IMAGEWIDTH, side);
   TIFFSetField(file, TIFFTAG_IMAGELENGTH, side);
@@ -114,7 +121,7 @@ void write_tags(TIFF* file, const Sample& sample) {
 
 /// The samples of one row of tiles, row by row from the north, as wide as whole tiles; beyond the
 /// image its edge continues.
-std::vector<float> tile_row(const Sample& sample, int first, int columns) {
+std::vector<float> tile_row(const SampleDem& sample, int first, int columns) {
   const auto width = static_cast<std::size_t>(columns) * tile;
   std::vector<float> pixels(width * tile);
   for (int j = 0; j < tile; ++j) {
@@ -127,7 +134,7 @@ std::vector<float> tile_row(const Sample& sample, int first, int columns) {
   return pixels;
 }
 
-void write_pixels(TIFF* file, const Sample& sample, const std::filesystem::path& path) {
+void write_pixels(TIFF* file, const SampleDem& sample, const std::filesystem::path& path) {
   const int columns = (sample.pixels + tile - 1) / tile;
   const auto width = static_cast<std::size_t>(columns) * tile;
   std::vector<float> block(static_cast<std::size_t>(tile) * tile);
@@ -149,7 +156,7 @@ void write_pixels(TIFF* file, const Sample& sample, const std::filesystem::path&
 
 }  // namespace
 
-std::vector<double> sample_row(const Sample& sample, int row) {
+std::vector<double> sample_row(const SampleDem& sample, int row) {
   const double y = (row + 0.5) * sample.spacing;
   const Waves waves(sample, y);
   std::vector<double> heights(static_cast<std::size_t>(sample.pixels));
@@ -159,7 +166,7 @@ std::vector<double> sample_row(const Sample& sample, int row) {
   return heights;
 }
 
-void write_sample_dem(const std::filesystem::path& path, const Sample& sample) {
+void write_sample_dem(const std::filesystem::path& path, const SampleDem& sample) {
   if (sample.pixels < 1 || sample.pixels > 65536) {
     throw Error(Fault::bad_input, "pixels",
                 fmt::format("must be in [1, 65536], got {}", sample.pixels));
