@@ -163,12 +163,17 @@ double Buckets::beyond(const Vec3& p, double bound2, std::uint32_t& hint) const 
   }
 }
 
-bool Buckets::faces(const Vec3& p, double reach, const Vec3& normal, std::uint32_t hint) const {
+bool Buckets::faces(const Vec3& p, double reach, const Vec3& normal, std::uint32_t& hint) const {
   const auto serves = [&](std::uint32_t t) {
     const auto& [a, b, c] = corners_[t];
-    return dot(cross(b - a, c - a), normal) > 0 && distance2(p, a, b, c) <= reach * reach;
+    if (!(dot(cross(b - a, c - a), normal) > 0 && distance2(p, a, b, c) <= reach * reach)) {
+      return false;
+    }
+    hint = t;
+    return true;
   };
-  return serves(hint) || any_near(p, reach, serves);
+  if (hint >= corners_.size()) hint = 0;
+  return serves(hint) || any_in_row(index(cell(p)), 1, serves) || any_near(p, reach, serves);
 }
 
 }  // namespace hoodoo::lod

@@ -30,8 +30,8 @@ class Buckets {
   /// There must be triangles.
   double beyond(const Vec3& p, double bound2, std::uint32_t& hint) const;
 
-  /// Some triangle within `reach` of `p` faces the same way as `normal`; `hint` is tried first.
-  bool faces(const Vec3& p, double reach, const Vec3& normal, std::uint32_t hint) const;
+  /// Some triangle within `reach` of `p` faces the same way as `normal`; `hint` as in `beyond`.
+  bool faces(const Vec3& p, double reach, const Vec3& normal, std::uint32_t& hint) const;
 
   /// Calls visit(triangle) for triangles within `reach` of `p`, some more than once.
   template <class Visit>

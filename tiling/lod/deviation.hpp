@@ -37,9 +37,6 @@ class Farthest {
     return true;
   }
   double distance() const { return std::sqrt(worst2_); }
-  /// The triangle that gave the last answer: the nearest, or one no farther than the largest
-  /// distance so far.
-  std::uint32_t nearest() const { return hint_; }
 
  private:
   double limit2_, worst2_ = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 namespace hoodoo::lod {
 namespace {
@@ -98,8 +99,13 @@ Findings Examiner::compare_topology(const Faces& faces, const HalfEdges& edges) 
 class Examiner::Survey {
  public:
   Survey(const Examiner& input, const Faces& faces, const HalfEdges& edges, double error,
-         std::size_t most_faults)
-      : input_(input), faces_(faces), edges_(edges), error_(error), most_faults_(most_faults) {}
+         std::size_t most_faults, Findings findings)
+      : input_(input),
+        faces_(faces),
+        edges_(edges),
+        error_(error),
+        most_faults_(most_faults),
+        findings_(std::move(findings)) {}
 
   void input_against_result();
   void result_against_input();
@@ -116,11 +122,6 @@ class Examiner::Survey {
     if (!farthest.look(p, other)) findings_.faults.push_back(p);
   }
   void end(const Farthest& farthest) { worst_ = std::max(worst_, farthest.distance()); }
-  /// The triangle is in both surfaces.
-  bool kept(const Triangle& t, const HalfEdges& other) const {
-    const auto* edge = other.find(t[0], t[1]);
-    return edge != nullptr && edge->apex == t[2];
-  }
   void follow(const std::vector<Triangle>& from, const std::vector<Triangle>& to);
 
   const Examiner& input_;
@@ -154,7 +155,7 @@ void Examiner::Survey::input_against_result() {
   end(farthest);
 }
 
-/// Samples a typical edge apart. A triangle with nothing beside it that faces its way is folded.
+/// Samples a typical edge apart.
 void Examiner::Survey::result_against_input() {
   const auto& p = input_.points_;
   Farthest farthest(error_);
@@ -164,13 +165,7 @@ void Examiner::Survey::result_against_input() {
     const auto& [a, b, c] = triangle;
     for_each_sample(p[a], p[b], p[c], input_.spacing_,
                     [&](const Vec3& sample) { look(sample, input_.buckets_, farthest); });
-    const Vec3 middle = (p[a] + p[b] + p[c]) * (1.0 / 3);
-    const Vec3 normal = cross(p[b] - p[a], p[c] - p[a]);
-    look(middle, input_.buckets_, farthest);
-    if (!(dot(normal, normal) > 0) ||
-        !input_.buckets_.faces(middle, error_, normal, farthest.nearest())) {
-      findings_.faults.push_back(middle);
-    }
+    look((p[a] + p[b] + p[c]) * (1.0 / 3), input_.buckets_, farthest);
   }
   end(farthest);
 }
@@ -199,9 +194,9 @@ void Examiner::Survey::material_borders_both_ways() {
 
 Findings Examiner::examine(const Faces& faces, double error, std::size_t most_faults) const {
   const HalfEdges edges(faces.triangles, points_.size());
-  auto findings = compare_topology(faces, edges);
-  if (!findings.good()) return findings;
-  Survey survey(*this, faces, edges, error, most_faults);
+  Findings topological = compare_topology(faces, edges);
+  if (topological.torn || topological.faults.size() > most_faults) return topological;
+  Survey survey(*this, faces, edges, error, most_faults, std::move(topological));
   survey.input_against_result();
   survey.result_against_input();
   survey.material_borders_both_ways();

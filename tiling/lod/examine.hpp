@@ -23,17 +23,24 @@ class Examiner {
  public:
   explicit Examiner(const surface::Surface& surface);
 
-  /// Topology first: the same border edges with the same materials, the same fans, nothing
-  /// degenerate or doubled, no new chord along a border plane. If that holds: distances both ways,
-  /// folds, and distances between material borders. Ends early past `most_faults`.
+  /// Turns edges of folded triangles where that unfolds them. A triangle is folded when nothing of
+  /// the input within `error` of its middle faces its way: the simplifier lets a triangle turn a
+  /// little with every step. Returns the middles of those that stay folded.
+  std::vector<Vec3> unfold(Faces& faces, double error) const;
+
+  /// Topology: the same border edges with the same materials, the same fans, nothing degenerate or
+  /// doubled, no new chord along a border plane. Then distances both ways, and between material
+  /// borders. Ends early past `most_faults`.
   Findings examine(const Faces& faces, double error, std::size_t most_faults) const;
 
   /// Marks the triangles of the input within `reach` of `p`.
   void mark(const Vec3& p, double reach, std::vector<bool>& marked) const;
-  double spacing() const { return spacing_; }
+  double spacing() const { return spacing_; }  // typical edge [steps]
 
  private:
   class Survey;
+  bool upright(const Triangle& triangle, double error, std::uint32_t& hint) const;
+  bool unfold_some(Faces& faces, std::vector<std::uint32_t>& folded, double error) const;
   Findings compare_topology(const Faces& faces, const HalfEdges& edges) const;
 
   const surface::Surface& surface_;

@@ -13,6 +13,18 @@ struct Faces {
   std::vector<std::uint16_t> materials;
 };
 
+/// The edge between the triangles (from, to, x) and (to, from, y) turned: one between x and y.
+struct Turn {
+  std::uint32_t from, to, x, y;
+  Triangle first() const { return {from, y, x}; }
+  Triangle second() const { return {y, to, x}; }
+};
+
+/// Removes pairs of triangles that face each other on the same three vertices: where two vertices
+/// with three neighbours in common are merged, the simplifier leaves such a fin standing on an
+/// edge.
+void drop_fins(Faces& faces, std::size_t vertices);
+
 /// Edges that run from border to border in one border plane without being border edges.
 /// `planes` are Plane bits per vertex.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> chords(

@@ -36,6 +36,12 @@ class HalfEdges {
   std::vector<HalfEdge> edges_;
 };
 
+/// The triangle is one of those that `edges` was made of.
+inline bool kept(const Triangle& t, const HalfEdges& edges) {
+  const auto* edge = edges.find(t[0], t[1]);
+  return edge != nullptr && edge->apex == t[2];
+}
+
 /// What a triangle list is like where its triangles meet.
 struct Topology {
   struct Open {

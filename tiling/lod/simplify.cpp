@@ -11,6 +11,9 @@ namespace {
 /// over areas: on fractal ground the largest distance is about twice that, so that at this share
 /// next to nothing is too far off.
 constexpr double first_share = 0.5;
+/// After local faults: with part of the input frozen, everything else is collapsed in another
+/// order, which brings faults elsewhere unless the target is smaller, too.
+constexpr double next_share = 0.75;
 constexpr int most_attempts = 6;
 /// With more faults than this share of the triangles, the target was too large altogether.
 constexpr double most_faulty = 0.02;
@@ -52,14 +55,18 @@ Simplified simplify(const surface::Surface& surface, double error) {
   double target = first_share * error, reach = frozen_reach * examiner.spacing();
   for (int attempt = 0; attempt < most_attempts; ++attempt) {
     Faces faces = collapse.run(target, frozen);
+    drop_fins(faces, surface.points.size());
     turn_chords(faces, surface.planes);
-    const Findings findings = examiner.examine(faces, error, most_faults);
+    const auto folds = examiner.unfold(faces, error);
+    Findings findings = examiner.examine(faces, error, most_faults);
+    findings.faults.insert(findings.faults.end(), folds.begin(), folds.end());
     if (findings.good()) return compact(surface, faces, findings.error);
     if (findings.torn || findings.faults.size() > most_faults) {
       target *= 0.5;
       continue;
     }
     for (const auto& fault : findings.faults) examiner.mark(fault, error + reach, frozen);
+    target *= next_share;
     reach *= 1.5;
   }
   return {surface, 0};

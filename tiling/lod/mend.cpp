@@ -41,8 +41,9 @@ bool turn_some(Faces& faces, const std::vector<std::uint8_t>& planes,
     // The half that lies in the plane brings the border edges, which keep their material.
     const auto chord = static_cast<std::uint8_t>(planes[a] & planes[c] & shared_planes);
     const auto material = faces.materials[in_plane(y, y, chord) ? second : first];
-    faces.triangles[first] = {a, y, x};
-    faces.triangles[second] = {y, c, x};
+    const Turn turned_edge{a, c, x, y};
+    faces.triangles[first] = turned_edge.first();
+    faces.triangles[second] = turned_edge.second();
     faces.materials[first] = faces.materials[second] = material;
     turned = true;
   };
@@ -70,6 +71,29 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> chords(
     }
   }
   return found;
+}
+
+void drop_fins(Faces& faces, std::size_t vertices) {
+  const HalfEdges edges(faces.triangles, vertices);
+  std::vector<bool> dropped(faces.triangles.size());
+  bool any = false;
+  for (std::uint32_t t = 0; t < faces.triangles.size(); ++t) {
+    const auto& [a, b, c] = faces.triangles[t];
+    if (dropped[t]) continue;
+    for (const auto& edge : edges.from(b)) {
+      if (edge.to != a || edge.apex != c || dropped[edge.triangle]) continue;
+      any = dropped[t] = dropped[edge.triangle] = true;
+      break;
+    }
+  }
+  if (!any) return;
+  Faces kept;
+  for (std::size_t t = 0; t < dropped.size(); ++t) {
+    if (dropped[t]) continue;
+    kept.triangles.push_back(faces.triangles[t]);
+    kept.materials.push_back(faces.materials[t]);
+  }
+  faces = std::move(kept);
 }
 
 void turn_chords(Faces& faces, const std::vector<std::uint8_t>& planes) {
