@@ -12,11 +12,13 @@
 namespace hoodoo::dem {
 namespace {
 
-// Universal Transverse Mercator on WGS 84 of the centre's zone, Universal Polar Stereographic
-// beyond its ends.
-std::string metric_crs(const RasterInfo& info) {
-  auto centre =
-      corner(info, 0.5 * static_cast<double>(info.width), 0.5 * static_cast<double>(info.height));
+Point centre_of(const RasterInfo& info) {
+  return corner(info, 0.5 * static_cast<double>(info.width),
+                0.5 * static_cast<double>(info.height));
+}
+
+Point degrees_at(const RasterInfo& info) {
+  const auto centre = centre_of(info);
   std::optional<Point> degrees;
   try {
     degrees = Mapping(info.crs, "EPSG:4326", centre).forward(centre);
@@ -28,14 +30,33 @@ std::string metric_crs(const RasterInfo& info) {
                 fmt::format("has its centre at {}, {} [{}], which is nowhere on Earth", centre.x,
                             centre.y, info.crs_name));
   }
-  // To a millionth of a degree: a centre on the border of two zones falls to one of them
+  // To a millionth of a degree, so that a centre on the border of two zones falls to the same one
   // everywhere.
   const auto rounded = [](double v) { return std::floor(v * 1e6 + 0.5) / 1e6; };
-  const double latitude = rounded(degrees->y);
-  double longitude = rounded(degrees->x);
-  longitude -= 360 * std::floor((longitude + 180) / 360);
-  if (latitude > 84) return "EPSG:5041";
-  if (latitude < -80) return "EPSG:5042";
+  const double longitude = rounded(degrees->x);
+  return {longitude - 360 * std::floor((longitude + 180) / 360), rounded(degrees->y)};
+}
+
+void check_extent(const RasterInfo& info, bool polar) {
+  const auto& t = info.transform;
+  const double degree = info.kind == RasterInfo::Crs::web_mercator ? 111319.490793 : 1;
+  const auto width = static_cast<double>(info.width), height = static_cast<double>(info.height);
+  const double across = (std::abs(t[1]) * width + std::abs(t[2]) * height) / degree;
+  const double along = (std::abs(t[4]) * width + std::abs(t[5]) * height) / degree;
+  if (along > 90 || (across > 90 && !polar)) {
+    throw Error(Fault::bad_input, info.path.string(),
+                fmt::format("covers {:.1f} x {:.1f} degrees; a scene is flat and holds 90 x 90",
+                            across, along));
+  }
+}
+
+// Universal Transverse Mercator on WGS 84 of the centre's zone, Universal Polar Stereographic
+// beyond its ends.
+std::string metric_crs(const RasterInfo& info) {
+  const auto [longitude, latitude] = degrees_at(info);
+  const bool polar = latitude > 84 || latitude < -80;
+  check_extent(info, polar);
+  if (polar) return latitude > 0 ? "EPSG:5041" : "EPSG:5042";
   const int zone = std::min(60, static_cast<int>((longitude + 180) / 6) + 1);
   return fmt::format("EPSG:{}", (latitude >= 0 ? 32600 : 32700) + zone);
 }
@@ -71,7 +92,13 @@ Placement place(const Raster& first, std::optional<double> spacing) {
   }
   if (!spacing) {
     const auto size = ground_size(info, frame);
-    spacing = rounded_spacing(std::min(size[0], size[1]));
+    const double least = std::min(size[0], size[1]);
+    if (!(least >= 1e-6 && least <= 1e7)) {
+      throw Error(
+          Fault::bad_input, info.path.string(),
+          fmt::format("has pixels of {} x {} m; they must be in [1e-6, 1e7] m", size[0], size[1]));
+    }
+    spacing = rounded_spacing(least);
   }
   const auto box = footprint(info, frame);
   frame.origin_x = std::floor(box.min_x / *spacing) * *spacing;
