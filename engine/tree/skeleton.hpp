@@ -13,7 +13,7 @@ namespace hoodoo::tree {
 
 /// Where the falloff g(r) = (1 - (r/R)^2)^3 is 1/2, in units of R: sqrt(1 - 2^(-1/3)) = 0.4542...
 /// A primitive's field is shifted by it, so that the stated size is where the surface lies.
-inline constexpr double half_falloff = 0.45420206013137857;
+inline constexpr double half_falloff = 0.45420201894740653;
 
 /// Star-shaped perturbation of a skeletal primitive by turbulence t on its unperturbed boundary:
 /// a volume's distance becomes d - a (2t - 1), a thin skeleton's radius of influence R + a (2t -

@@ -13,6 +13,8 @@ struct Difference {
   static constexpr std::array slots{
       Slot{"children", "The body, then what is taken away from it.", 1, any_number, true}};
   static constexpr Pick pick = Pick::smallest;
+  static constexpr bool adds = false;
+  static constexpr bool first_is_special = true;
   static constexpr auto fields() { return std::tuple{}; }
   Support support(std::span<const Support> children) const { return difference_support(children); }
 

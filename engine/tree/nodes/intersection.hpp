@@ -10,6 +10,8 @@ struct Intersection {
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{Slot{"children", "What is intersected.", 1, any_number, true}};
   static constexpr Pick pick = Pick::smallest;
+  static constexpr bool adds = false;
+  static constexpr bool first_is_special = false;
   static constexpr auto fields() { return std::tuple{}; }
   /// Where every child is at least 0, one that is 0 settles the minimum.
   Support support(std::span<const Support> children) const {

@@ -65,6 +65,21 @@ struct Polyline : Thin {
     }
     return chain;
   }
+  /// Drops from `chain` the segments that cannot matter in the block; false when none is left.
+  template <class S>
+  bool keep_near(Shape<S>& chain, const Block& block) const {
+    const double reach = support_of({Vec3{}, Vec3{}}).influence.max.x;
+    const std::size_t n = points.size();
+    std::vector<Segment::Shape<S>> kept;
+    for (std::size_t i = 0; i < chain.segments.size(); ++i) {
+      Box box{points[i].value, points[i].value};
+      box.add(points[(i + 1) % n].value);
+      const double slack = 1e-6 * (length(box.min - block.origin) + length(box.max - box.min));
+      if (box.grown(reach + slack).overlaps(block.box)) kept.push_back(chain.segments[i]);
+    }
+    chain.segments = std::move(kept);
+    return !chain.segments.empty();
+  }
   friend bool operator==(const Polyline&, const Polyline&) = default;
 };
 

@@ -16,6 +16,7 @@ struct SmoothDifference {
   static constexpr std::array slots{
       Slot{"children", "The body, then what is taken away from it.", 1, any_number, true}};
   static constexpr Pick pick = Pick::none;
+  static constexpr bool adds = false;
 
   double width = 0.25;
 

@@ -13,6 +13,7 @@ struct SmoothUnion {
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{Slot{"children", "What is united.", 1, any_number, true}};
   static constexpr Pick pick = Pick::none;
+  static constexpr bool adds = false;
 
   double width = 0.25;
 

@@ -10,6 +10,8 @@ struct Union {
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{Slot{"children", "What is united.", 1, any_number, true}};
   static constexpr Pick pick = Pick::largest;
+  static constexpr bool adds = false;
+  static constexpr bool first_is_special = false;
   static constexpr auto fields() { return std::tuple{}; }
   Support support(std::span<const Support> children) const {
     return hull_of(children, [](const auto& a, const auto& b) { return larger(a, b); });

@@ -1,0 +1,273 @@
+#include "engine/tree/field.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <utility>
+
+#include "engine/tree/body.hpp"
+#include "engine/tree/dual.hpp"
+#include "engine/tree/evaluate.hpp"
+#include "engine/tree/region.hpp"
+
+namespace hoodoo::tree {
+namespace {
+
+using D = Dual<float>;
+using Row = std::array<float, batch_size>;
+
+/// A batch of values with their gradients.
+struct Slopes {
+  Row v, x, y, z;
+  Gradients spans(std::size_t n) { return {{x.data(), n}, {y.data(), n}, {z.data(), n}}; }
+  D at(std::size_t i) const { return {v[i], x[i], y[i], z[i]}; }
+  void put(std::size_t i, const D& d) {
+    v[i] = d.v;
+    x[i] = d.x;
+    y[i] = d.y;
+    z[i] = d.z;
+  }
+};
+
+/// What an operation makes of F so far and its tree's value, clamped to [0,1].
+template <class T>
+T apply(Operation operation, const T& f, const T& tree) {
+  const T result = operation == Operation::blend        ? f + tree
+                   : operation == Operation::carve      ? f - tree
+                   : operation == Operation::unite      ? larger(f, tree)
+                   : operation == Operation::difference ? smaller(f, constant<T>(1) - tree)
+                                                        : smaller(f, tree);
+  return clamped(result, 0, 1);
+}
+
+/// before (1 - w) + after w: exactly `before` at 0 and `after` at 1.
+template <class T>
+T mixed(const T& before, const T& after, const T& w) {
+  return after * w + before * (constant<T>(1) - w);
+}
+
+struct CompiledStep {
+  const Step* step;
+  Compiled tree;
+  const Region* region;  // null: weight 1 throughout the block
+};
+
+class BlockField final : public Field {
+ public:
+  BlockField(const Ground& ground, std::span<const dem::Window> windows, const Block& block)
+      : ground_(&ground), origin_(block.origin) {
+    add_bodies(windows, block);
+    for (const Step& step : ground.steps) add_step(step, block);
+    if (ground.geology) rho_ = compile(*ground.geology, block);
+  }
+
+  void values(const Points& at, std::span<float> out) const override {
+    for_batches(at, [&](const Points& batch, std::size_t from) {
+      const auto part = out.subspan(from, batch.size());
+      run(batch, part, nullptr);
+      for (float& v : part) v += 0.0F;
+    });
+  }
+
+  void gradients(const Points& at, std::span<float> out, const Gradients& g) const override {
+    for_batches(at, [&](const Points& batch, std::size_t from) {
+      const std::size_t n = batch.size();
+      Slopes f;
+      run(batch, f);
+      // + 0: no -0, whose sign would depend on what was pruned.
+      for (std::size_t i = 0; i < n; ++i) {
+        out[from + i] = f.v[i] + 0.0F;
+        g.x[from + i] = f.x[i] + 0.0F;
+        g.y[from + i] = f.y[i] + 0.0F;
+        g.z[from + i] = f.z[i] + 0.0F;
+      }
+    });
+  }
+
+  void materials(const Points& at, std::span<int> out) const override {
+    for_batches(at, [&](const Points& batch, std::size_t from) {
+      const std::size_t n = batch.size();
+      std::array<const CompiledStep*, batch_size> maker{};
+      Row f, rho;
+      run(batch, {f.data(), n}, maker.data());
+      batch_resistances(batch, {rho.data(), n});
+      for (std::size_t i = 0; i < n; ++i) {
+        out[from + i] = maker[i] != nullptr ? maker[i]->step->material
+                                            : material_of(static_cast<double>(rho[i]));
+      }
+    });
+  }
+
+  void resistances(const Points& at, std::span<float> out) const override {
+    for_batches(at, [&](const Points& batch, std::size_t from) {
+      batch_resistances(batch, out.subspan(from, batch.size()));
+    });
+  }
+
+  Interval bounds() const override { return bounds_; }
+
+  const dem::Window* height_field() const override {
+    return steps_.empty() && bodies_.size() == 1 ? bodies_[0].elevations() : nullptr;
+  }
+
+  std::vector<std::string> explain() const override {
+    std::vector<std::string> lines;
+    for (const BodyField& body : bodies_) lines.push_back(fmt::format("terrain {}", body.id()));
+    constexpr std::array names{"blend", "carve", "union", "difference", "intersect"};
+    for (const CompiledStep& s : steps_) {
+      const std::string& name = s.step->id.empty() ? s.step->where : s.step->id;
+      lines.push_back(
+          fmt::format("{} {}", names[static_cast<std::size_t>(s.step->operation)], name));
+      if (s.tree.kernel) s.tree.kernel->explain(1, lines);
+    }
+    if (rho_.kernel) {
+      lines.emplace_back("geology");
+      rho_.kernel->explain(1, lines);
+    }
+    return lines;
+  }
+
+ private:
+  template <class Use>
+  static void for_batches(const Points& at, Use use) {
+    for (std::size_t from = 0; from < at.size(); from += batch_size) {
+      const std::size_t n = std::min(batch_size, at.size() - from);
+      use(Points{at.x.subspan(from, n), at.y.subspan(from, n), at.z.subspan(from, n)}, from);
+    }
+  }
+
+  /// Bodies that are 0 throughout the block, or below another, are left out.
+  void add_bodies(std::span<const dem::Window> windows, const Block& block) {
+    assert(windows.size() >= ground_->bodies.size());
+    double least = 0;
+    for (std::size_t i = 0; i < ground_->bodies.size(); ++i) {
+      bodies_.emplace_back(ground_->bodies[i], windows[i], block);
+      least = std::max(least, bodies_.back().bounds().low);
+      bounds_ = max(bounds_, bodies_.back().bounds());
+    }
+    std::erase_if(bodies_, [&](const BodyField& body) {
+      return body.bounds().high < least || body.bounds() == Interval{0, 0};
+    });
+  }
+
+  void add_step(const Step& step, const Block& block) {
+    const Region* region = step.region.get();
+    if (region != nullptr) {
+      const Interval w = region->weights(block.box);
+      if (w.high <= 0) return;
+      if (w.low >= 1) region = nullptr;
+    }
+    CompiledStep compiled{&step, compile(step.tree, block), region};
+    // A tree that is 0 changes nothing, but for an intersection.
+    if (!compiled.tree.kernel && step.operation != Operation::intersect) return;
+    const Interval after =
+        clamp(outward(apply(step.operation, bounds_, compiled.tree.bounds)), 0, 1);
+    bounds_ = region != nullptr ? clamp(outward(hull(bounds_, after)), 0, 1) : after;
+    steps_.push_back(std::move(compiled));
+  }
+
+  /// F; into `maker`, if given, the last step with a material of its own that changed F.
+  void run(const Points& at, std::span<float> f, const CompiledStep** maker) const {
+    const std::size_t n = at.size();
+    Row tree, before;
+    std::fill(f.begin(), f.end(), 0.0F);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      bodies_[b].values(at, {tree.data(), n});
+      for (std::size_t i = 0; i < n; ++i) f[i] = b == 0 ? tree[i] : larger(f[i], tree[i]);
+    }
+    for (const CompiledStep& s : steps_) {
+      if (s.tree.kernel) {
+        s.tree.kernel->values(at, {tree.data(), n});
+      } else {
+        tree.fill(0);
+      }
+      std::copy(f.begin(), f.end(), before.begin());
+      for (std::size_t i = 0; i < n; ++i) f[i] = apply(s.step->operation, f[i], tree[i]);
+      if (s.region != nullptr) {
+        for (std::size_t i = 0; i < n; ++i) f[i] = mixed(before[i], f[i], weight(s, at, i).v);
+      }
+      if (maker == nullptr || s.step->material < 0) continue;
+      for (std::size_t i = 0; i < n; ++i) {
+        if (f[i] != before[i]) maker[i] = &s;
+      }
+    }
+  }
+
+  void run(const Points& at, Slopes& f) const {
+    const std::size_t n = at.size();
+    Slopes tree;
+    for (std::size_t i = 0; i < n; ++i) f.put(i, D());
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      bodies_[b].gradients(at, {tree.v.data(), n}, tree.spans(n));
+      for (std::size_t i = 0; i < n; ++i)
+        f.put(i, b == 0 ? tree.at(i) : larger(f.at(i), tree.at(i)));
+    }
+    for (const CompiledStep& s : steps_) {
+      if (s.tree.kernel) {
+        s.tree.kernel->gradients(at, {tree.v.data(), n}, tree.spans(n));
+      } else {
+        for (std::size_t i = 0; i < n; ++i) tree.put(i, D());
+      }
+      for (std::size_t i = 0; i < n; ++i) {
+        const D before = f.at(i), after = apply(s.step->operation, before, tree.at(i));
+        f.put(i, s.region != nullptr ? mixed(before, after, weight(s, at, i)) : after);
+      }
+    }
+  }
+
+  D weight(const CompiledStep& s, const Points& at, std::size_t i) const {
+    const Vec3 p = origin_ + Vec3{static_cast<double>(at.x[i]), static_cast<double>(at.y[i]),
+                                  static_cast<double>(at.z[i])};
+    const Weight w = s.region->weight(p);
+    return {static_cast<float>(w.w), static_cast<float>(w.gradient.x),
+            static_cast<float>(w.gradient.y), static_cast<float>(w.gradient.z)};
+  }
+
+  /// rho; 1/2 without a geology.
+  void batch_resistances(const Points& at, std::span<float> out) const {
+    if (!ground_->geology) {
+      std::fill(out.begin(), out.end(), 0.5F);
+    } else if (rho_.kernel) {
+      rho_.kernel->values(at, out);
+      for (float& v : out) v = clamped(v, 0.0F, 1.0F) + 0.0F;
+    } else {
+      std::fill(out.begin(), out.end(), 0.0F);
+    }
+  }
+
+  /// The first whose range holds rho (half-open, but the last closes at its high end), else the
+  /// nearest.
+  int material_of(double rho) const {
+    const auto& all = ground_->materials;
+    std::size_t best = 0;
+    double gap = Box::infinity;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const bool closed = i + 1 == all.size() && rho == all[i].high;
+      if (rho >= all[i].low && (rho < all[i].high || closed)) return static_cast<int>(i);
+      const double away = rho < all[i].low ? all[i].low - rho : rho - all[i].high;
+      if (away < gap) {
+        gap = away;
+        best = i;
+      }
+    }
+    return static_cast<int>(best);
+  }
+
+  const Ground* ground_;
+  Vec3 origin_;
+  std::vector<BodyField> bodies_;
+  std::vector<CompiledStep> steps_;
+  Compiled rho_;
+  Interval bounds_{0, 0};
+};
+
+}  // namespace
+
+std::unique_ptr<const Field> compile(const Ground& ground, std::span<const dem::Window> windows,
+                                     const Vec3& origin, const Box& box) {
+  return std::make_unique<BlockField>(ground, windows, Block{origin, box});
+}
+
+}  // namespace hoodoo::tree

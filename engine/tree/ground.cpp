@@ -1,0 +1,85 @@
+#include "engine/tree/ground.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "engine/tree/parse.hpp"
+#include "engine/tree/region.hpp"
+
+namespace hoodoo::tree {
+namespace {
+
+constexpr std::array names{"blend", "carve", "union", "difference", "intersect"};
+
+/// Where the step can change F.
+Box influence(const Step& step) {
+  // Outside its tree an intersection leaves nothing.
+  Box box =
+      step.operation == Operation::intersect ? Box::everywhere() : support(step.tree).influence;
+  if (step.region) box = intersection(box, step.region->influence());
+  return box;
+}
+
+bool is_nothing(const Node& tree) {
+  return std::holds_alternative<Blend>(tree.value) && tree.children.empty();
+}
+
+nlohmann::json to_json(const HeightBody& body) {
+  return {{"id", body.id},
+          {"falloff", body.falloff},
+          {"slope_corrected", body.slope_corrected},
+          {"inverted", body.inverted},
+          {"offset", body.offset},
+          {"domain", body.domain}};
+}
+
+nlohmann::json to_json(const Step& step) {
+  return {{"id", step.id},
+          {"op", names[static_cast<std::size_t>(step.operation)]},
+          {"tree", to_json(step.tree)},
+          {"region", step.region ? to_json(*step.region) : nlohmann::json()},
+          {"material", step.material}};
+}
+
+nlohmann::json to_json(const Material& material) {
+  return {{"name", material.name},
+          {"color", material.color},
+          {"resistance", {material.low, material.high}},
+          {"friction", material.friction}};
+}
+
+}  // namespace
+
+Ground prune(const Ground& ground, const Box& reach, double thinnest) {
+  Ground pruned{ground.bodies, {}, {}, ground.materials};
+  for (const Step& step : ground.steps) {
+    if (step.region && !step.region->influence().overlaps(reach)) continue;
+    Step kept = step;
+    kept.tree = prune(step.tree, reach, thinnest);
+    if (is_nothing(kept.tree) && step.operation != Operation::intersect) continue;
+    pruned.steps.push_back(std::move(kept));
+  }
+  // Thin layers of rock are seen on a coarse surface, too.
+  if (ground.geology) pruned.geology = prune(*ground.geology, reach, 0);
+  return pruned;
+}
+
+Box influence(const Ground& ground) {
+  Box all;
+  for (const Step& step : ground.steps) all.add(influence(step));
+  return all;
+}
+
+nlohmann::json to_json(const Ground& ground) {
+  nlohmann::json json{{"bodies", nlohmann::json::array()},
+                      {"steps", nlohmann::json::array()},
+                      {"materials", nlohmann::json::array()},
+                      {"geology", ground.geology ? to_json(*ground.geology) : nlohmann::json()}};
+  for (const HeightBody& body : ground.bodies) json["bodies"].push_back(to_json(body));
+  for (const Step& step : ground.steps) json["steps"].push_back(to_json(step));
+  for (const Material& material : ground.materials) {
+    json["materials"].push_back(to_json(material));
+  }
+  return json;
+}
+
+}  // namespace hoodoo::tree

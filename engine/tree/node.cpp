@@ -1,0 +1,124 @@
+#include "engine/tree/node.hpp"
+
+#include <tuple>
+#include <type_traits>
+#include <variant>
+
+#include "engine/tree/evaluate.hpp"
+#include "engine/tree/transform.hpp"
+
+namespace hoodoo::tree {
+namespace {
+
+template <class N>
+void change_point(N& node, const Position<N>& field, const std::function<void(Point&)>& change) {
+  change(node.*field.member);
+}
+template <class N>
+void change_point(N& node, const Positions<N>& field, const std::function<void(Point&)>& change) {
+  for (Point& point : node.*field.member) change(point);
+}
+template <class N, class Field>
+void change_point(N&, const Field&, const std::function<void(Point&)>&) {}
+
+/// 0 everywhere.
+Node nothing() { return {Blend{}, {}}; }
+bool is_nothing(const Node& node) {
+  return std::holds_alternative<Blend>(node.value) && node.children.empty();
+}
+
+/// As `compile` would for any block inside `reach`, or less.
+bool reaches(const Box& influence, const Box& reach) {
+  const double slack = 2 * rounding(influence, {reach.min, reach});
+  return !(slack < Box::infinity) || influence.grown(slack).overlaps(reach);
+}
+
+template <class N>
+double thickness(const N& node) {
+  if constexpr (N::thin) {
+    return 2 * node.radius;
+  } else {
+    return 2 * node.half_thickness();
+  }
+}
+
+struct Pruner {
+  const std::vector<Node>& children;
+  const Box& reach;
+  double thinnest;
+
+  template <Primitive N>
+  Node operator()(const N& node) const {
+    const bool keep = thickness(node) >= thinnest && reaches(node.support({}).influence, reach);
+    return keep ? Node{node, {}} : nothing();
+  }
+  template <Combiner N>
+  Node operator()(const N& node) const {
+    Node pruned{node, {}};
+    bool any = false, zero = false;
+    for (std::size_t i = 0; i < children.size(); ++i) {
+      Node child = prune(children[i], reach, thinnest);
+      const bool empty = is_nothing(child);
+      any = any || !empty;
+      // As combine_kernel.hpp: a child that is 0 changes nothing in a sum, nor after another.
+      if (empty && i > 0 && (zero || N::adds)) continue;
+      zero = zero || empty;
+      pruned.children.push_back(std::move(child));
+    }
+    return any ? pruned : nothing();
+  }
+  template <Transform N>
+  Node operator()(const N& node) const {
+    const Box inner = mapped(reach, [&](const Vec3& p) { return node.to_child(p); });
+    Node child = prune(children[0], inner, thinnest / node.shrink());
+    return is_nothing(child) ? child : Node{node, {std::move(child)}};
+  }
+  template <Displacement N>
+  Node operator()(const N& node) const {
+    Node control = nothing();
+    if (children.size() > 1) {
+      control = prune(children[1], reach, 0);
+      if (is_nothing(control)) return prune(children[0], reach, thinnest);
+    }
+    Node child = prune(children[0], reach.grown(node.reach()), thinnest);
+    if (is_nothing(child)) return child;
+    Node pruned{node, {std::move(child)}};
+    if (children.size() > 1) pruned.children.push_back(std::move(control));
+    return pruned;
+  }
+  template <Pattern N>
+  Node operator()(const N& node) const {
+    return {node, {}};
+  }
+};
+
+}  // namespace
+
+void for_each_point(Node& tree, const std::function<void(Point&)>& change) {
+  std::visit(
+      [&](auto& node) {
+        using N = std::remove_reference_t<decltype(node)>;
+        std::apply([&](const auto&... f) { (change_point(node, f, change), ...); }, N::fields());
+      },
+      tree.value);
+  for (Node& child : tree.children) for_each_point(child, change);
+}
+
+Support support(const Node& tree) {
+  std::vector<Support> children;
+  children.reserve(tree.children.size());
+  for (const Node& child : tree.children) children.push_back(support(child));
+  return std::visit([&](const auto& node) { return node.support(children); }, tree.value);
+}
+
+Node prune(const Node& tree, const Box& reach, double thinnest) {
+  return std::visit(Pruner{tree.children, reach, thinnest}, tree.value);
+}
+
+std::size_t count(const Node& tree) {
+  std::size_t n = 1;
+  for (const Node& child : tree.children) n += count(child);
+  return n;
+}
+
+}  // namespace hoodoo::tree

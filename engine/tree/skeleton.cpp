@@ -1,0 +1,41 @@
+#include "engine/tree/skeleton.hpp"
+
+#include <fmt/format.h>
+
+namespace hoodoo::tree {
+namespace {
+
+/// Largest slope of g(r) in units of 1/R: 6 / sqrt(5) (4/5)^2, at r = R / sqrt(5).
+constexpr double steepest = 1.7173021674;
+
+Support support_around(const Box& skeleton, double reach, double energy, double slope) {
+  const double size = length(skeleton.max - skeleton.min);
+  // Single precision may carry the field a little further.
+  const double slack = 1e-5 * (reach + size);
+  return {skeleton.grown(reach + slack), {std::min(0.0, energy), std::max(0.0, energy)}, slope};
+}
+
+double slope_of(const Skeletal& s, double reach) {
+  return s.turbulence.amplitude > 0 ? Support::no_bound : std::abs(s.energy) * steepest / reach;
+}
+
+}  // namespace
+
+Support Thin::support_of(const Box& skeleton) const {
+  return support_around(skeleton, reach() + turbulence.amplitude, energy, slope_of(*this, reach()));
+}
+
+void Thin::check(const std::string& where, std::vector<Problem>& problems) const {
+  if (turbulence.amplitude >= reach()) {
+    problems.push_back({where + "/turbulence/amplitude",
+                        fmt::format("must be below radius / 0.4542 = {:.6g} m, got {}", reach(),
+                                    turbulence.amplitude)});
+  }
+}
+
+Support Volume::support_of(const Box& solid) const {
+  return support_around(solid, falloff * (1 - half_falloff) + turbulence.amplitude, energy,
+                        slope_of(*this, falloff));
+}
+
+}  // namespace hoodoo::tree
