@@ -144,7 +144,8 @@ Response Api::route(const Request& request) {
   std::string_view path = request.path;
   if (!path.starts_with('/')) return problem(404, "There is nothing at this path.");
   path.remove_prefix(1);
-  const std::string_view method = request.method == "HEAD" ? "GET" : request.method;
+  std::string_view method = request.method;
+  if (method == "HEAD") method = "GET";
   std::string allowed;
   for (const auto& candidate : routes()) {
     const auto parameters = match(candidate.pattern, path);

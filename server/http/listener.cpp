@@ -64,6 +64,14 @@ void write(Response&& from, httplib::Response& to) {
   }
 }
 
+bool may_have_body(const std::string& method) {
+  return method != "GET" && method != "HEAD" && method != "OPTIONS";
+}
+
+bool is_too_long(const httplib::Request& request) {
+  return request.get_header_value_u64("Content-Length") > most_body;
+}
+
 /// What the library refuses by itself answers in the words of the rest.
 httplib::Server::HandlerResponse explain(const httplib::Request&, httplib::Response& response) {
   using enum httplib::Server::HandlerResponse;
@@ -107,23 +115,30 @@ void Listener::Server::configure() {
   set_exception_handler([](const httplib::Request&, httplib::Response& to, std::exception_ptr) {
     write(problem(500, "internal error"), to);
   });
-  set_expect_100_continue_handler([](const httplib::Request& from, httplib::Response&) {
-    return from.get_header_value_u64("Content-Length") > most_body ? 413 : 100;
+  set_expect_100_continue_handler([](const httplib::Request& from, httplib::Response& to) {
+    if (is_too_long(from)) to.status = 413;
+    return is_too_long(from) ? 413 : 100;
   });
 }
 
 void Listener::Server::answer(const std::function<Response(const Request&)>& handler) {
   // Called first for every request. One that may have a body goes on to the routes below.
   set_pre_routing_handler([&handler](const httplib::Request& from, httplib::Response& to) {
-    // Ranges are answered by the handler, not applied once more to what it gives.
-    const_cast<httplib::Request&>(from).ranges.clear();
     const bool has_body = from.has_header("Content-Length") || from.has_header("Transfer-Encoding");
-    const bool reads = from.method == "GET" || from.method == "HEAD" || from.method == "OPTIONS";
-    if (!reads && from.path.size() <= most_path && !from.has_header("Content-Encoding")) {
-      if (has_body || from.method != "POST") return HandlerResponse::Unhandled;
-      write(problem(411, "Say how long the body is."), to);
+    auto& request = const_cast<httplib::Request&>(from);
+    // Ranges are answered by the handler, not applied once more to what it gives.
+    request.ranges.clear();
+    // Else the library waits for the body of a DELETE that has none, and takes what follows on the
+    // connection for it.
+    if (!has_body) request.body_consumed_ = true;
+    if (is_too_long(from)) {
+      write(problem(413, "The body is over the limit."), to);
     } else if (from.has_header("Content-Encoding")) {
       write(problem(415, "Send the body without an encoding."), to);
+    } else if (from.method == "POST" && !has_body) {
+      write(problem(411, "Say how long the body is."), to);
+    } else if (has_body && may_have_body(from.method) && from.path.size() <= most_path) {
+      return HandlerResponse::Unhandled;
     } else {
       write(handler(read_head(from)), to);
     }

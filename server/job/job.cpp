@@ -67,7 +67,7 @@ bool is_id(std::string_view text) {
 struct Queue::Entry {
   Job job;
   std::stop_source stop;
-  bool active = false;  // the worker has it
+  bool active = false;  // a bake writes into its folder
 };
 
 Queue::Queue(Settings settings, Engine engine)
@@ -229,6 +229,7 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
     if (entry.job.status != Status::running || stop.stop_requested()) return;
     entry.job.fault = fault;
     entry.job.problems = std::move(problems);
+    entry.active = false;
     end(entry, Status::failed);
   };
   try {
@@ -249,6 +250,7 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
     entry.job.progress = report.progress;
     entry.job.warnings = std::move(report.warnings);
     entry.job.complete = report.complete;
+    entry.active = false;
     end(entry, Status::successful);
   } catch (const Error& error) {
     fail(error.fault, error.problems);

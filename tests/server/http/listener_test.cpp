@@ -1,0 +1,164 @@
+#include "server/http/listener.hpp"
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <thread>
+
+#include "engine/base/error.hpp"
+#include "server/http/api.hpp"
+
+using namespace hoodoo;
+using http::Listener;
+using http::Request;
+using http::Response;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+namespace {
+
+/// A connection to the server under test.
+class Connection {
+ public:
+  explicit Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      ::shutdown(socket_, SHUT_RDWR);
+    }
+  }
+  ~Connection() { ::close(socket_); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  void send(const std::string& text) const {
+    ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
+  }
+  void send_no_more() const { ::shutdown(socket_, SHUT_WR); }
+  /// What arrives next; empty when the server has closed.
+  std::string next() const {
+    std::string piece(4096, ' ');
+    const auto got = ::recv(socket_, piece.data(), piece.size(), 0);
+    piece.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    return piece;
+  }
+
+ private:
+  int socket_;
+};
+
+/// Everything the server answers to `text`.
+std::string converse(int port, const std::string& text) {
+  const Connection connection(port);
+  connection.send(text);
+  connection.send_no_more();
+  std::string answer;
+  for (std::string piece; !(piece = connection.next()).empty();) answer += piece;
+  return answer;
+}
+
+std::string request(const std::string& line, const std::string& headers = "",
+                    const std::string& body = "") {
+  return line + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n" + headers + "\r\n" + body;
+}
+
+/// Tells what it was asked.
+Response echo(const Request& request) {
+  if (request.path == "/throw") throw std::runtime_error("secret");
+  Response response;
+  if (request.path == "/none") {
+    response.status = 304;
+    return response;
+  }
+  response.type = "text/plain";
+  response.body = request.method + " " + request.path + " " + std::string(request.header("range")) +
+                  " " + std::to_string(request.body.size());
+  return response;
+}
+
+class Listening : public testing::Test {
+ protected:
+  Listening() : thread([this](const std::stop_token& stop) { listener.run(echo, stop); }) {}
+
+  std::string send(const std::string& text) const { return converse(listener.port(), text); }
+
+  Listener listener{"127.0.0.1", 0};
+  std::jthread thread;
+};
+
+TEST_F(Listening, AnswersOverASocket) {
+  const auto answer = send(request("GET /a%20b?c=d"));
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(answer, HasSubstr("\r\nDate: "));
+  EXPECT_THAT(answer, HasSubstr("GET /a b  0"));
+}
+TEST_F(Listening, LeavesRangesToTheHandler) {
+  const auto answer = send(request("GET /", "Range: bytes=0-0\r\n"));
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(answer, HasSubstr("GET / bytes=0-0 0"));
+}
+TEST_F(Listening, GivesBodiesWhole) {
+  EXPECT_THAT(send(request("POST /", "Content-Length: 3\r\n", "abc")), HasSubstr("POST /  3"));
+  EXPECT_THAT(send(request("POST /", "Transfer-Encoding: chunked\r\n", "2\r\nab\r\n0\r\n\r\n")),
+              HasSubstr("POST /  2"));
+  EXPECT_THAT(send(request("DELETE /")), HasSubstr("DELETE /  0"));
+}
+TEST_F(Listening, TakesNothingForTheBodyOfADeleteThatHasNone) {
+  const Connection connection(listener.port());
+  connection.send("DELETE /a HTTP/1.1\r\nHost: a\r\n\r\n");
+  EXPECT_THAT(connection.next(), HasSubstr("DELETE /a  0"));
+  connection.send(request("GET /b"));
+  EXPECT_THAT(connection.next(), HasSubstr("GET /b"));
+}
+TEST_F(Listening, RefusesABodyOverTheLimit) {
+  const auto length = std::to_string(http::most_body + 1);
+  EXPECT_THAT(send(request("POST /", "Content-Length: " + length + "\r\n", "x")),
+              StartsWith("HTTP/1.1 413"));
+  EXPECT_THAT(send(request("POST /", "Expect: 100-continue\r\nContent-Length: " + length + "\r\n")),
+              StartsWith("HTTP/1.1 413"));
+}
+TEST_F(Listening, RefusesABodyWithoutLengthOrWithAnEncoding) {
+  EXPECT_THAT(send(request("POST /")), StartsWith("HTTP/1.1 411"));
+  EXPECT_THAT(send(request("POST /", "Content-Encoding: gzip\r\nContent-Length: 1\r\n", "x")),
+              StartsWith("HTTP/1.1 415"));
+}
+TEST_F(Listening, RefusesWhatIsNoRequest) {
+  EXPECT_THAT(send("nonsense\r\n\r\n"), StartsWith("HTTP/1.1 400"));
+  const auto smuggled =
+      send(request("POST /", "Content-Length: 1\r\nTransfer-Encoding: chunked\r\n", "0\r\n\r\n"));
+  EXPECT_THAT(smuggled, StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(smuggled, HasSubstr("application/problem+json"));
+}
+TEST_F(Listening, SaysNothingOfWhatWentWrongInside) {
+  const auto answer = send(request("GET /throw"));
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 500"));
+  EXPECT_THAT(answer, Not(HasSubstr("secret")));
+}
+TEST_F(Listening, MeasuresNoContentWhereThereIsNone) {
+  EXPECT_THAT(send(request("GET /none")), Not(HasSubstr("Content-Length")));
+}
+TEST_F(Listening, SharesItsAddressWithNobody) {
+  EXPECT_THROW(Listener("127.0.0.1", listener.port()), Error);
+}
+TEST_F(Listening, EndsWhenAsked) {
+  const int port = listener.port();
+  EXPECT_NE(send(request("GET /")), "");
+  thread.request_stop();
+  thread.join();
+  EXPECT_EQ(converse(port, request("GET /")), "");
+}
+TEST(Listener, MayBeStoppedBeforeItRuns) {
+  Listener listener("127.0.0.1", 0);
+  std::stop_source stop;
+  stop.request_stop();
+  listener.run(echo, stop.get_token());
+}
+TEST(Listener, RefusesAnAddressThatIsNotItsOwn) { EXPECT_THROW(Listener("192.0.2.1", 0), Error); }
+
+}  // namespace
