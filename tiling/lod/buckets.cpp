@@ -61,6 +61,7 @@ void Buckets::choose_size(double side) {
   const auto along = [&](int axis) { return std::floor(extent[axis] / side_) + 1; };
   side_ = side;
   while (along(0) * along(1) * along(2) > most) side_ *= 1.25;
+  per_side_ = 1 / side_;
   for (int axis = 0; axis < 3; ++axis) {
     size_[static_cast<std::size_t>(axis)] = static_cast<std::int32_t>(along(axis));
   }
@@ -70,7 +71,7 @@ Buckets::Cell Buckets::cell(const Vec3& p) const {
   Cell result;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const double at = std::floor((p[axis] - low_[axis]) / side_);
+    const double at = (p[axis] - low_[axis]) * per_side_;   // the conversion rounds down
     result[a] = static_cast<std::int32_t>(std::clamp(at, 0.0, static_cast<double>(size_[a] - 1)));
   }
   return result;
@@ -129,7 +130,7 @@ void Buckets::for_each_cell_of_plane(const Corners& triangle, const Vec3& normal
           a[d] - (normal[u] * (cu - a[u]) + normal[v] * (cv - a[v])) / normal[d] - low_[d];
       const auto clamped = [&](double at) {
         return static_cast<std::int32_t>(std::clamp(
-            std::floor(at / side_), static_cast<double>(low[dd]), static_cast<double>(high[dd])));
+            std::floor(at * per_side_), static_cast<double>(low[dd]), static_cast<double>(high[dd])));
       };
       Cell c;
       c[du] = i;
@@ -140,6 +141,21 @@ void Buckets::for_each_cell_of_plane(const Corners& triangle, const Vec3& normal
   }
 }
 
+namespace {
+
+/// A lower bound of the squared distance: to the triangle's box.
+double box_distance2(const Vec3& p, const std::array<Vec3, 3>& triangle) {
+  const auto gap = [&](double at, double a, double b, double c) {
+    const double low = std::min(std::min(a, b), c), high = std::max(std::max(a, b), c);
+    const double out = std::max(std::max(low - at, at - high), 0.0);
+    return out * out;
+  };
+  const auto& [a, b, c] = triangle;
+  return gap(p.x, a.x, b.x, c.x) + gap(p.y, a.y, b.y, c.y) + gap(p.z, a.z, b.z, c.z);
+}
+
+}  // namespace
+
 double Buckets::beyond(const Vec3& p, double bound2, std::uint32_t& hint) const {
   const auto to = [&](std::uint32_t t) {
     return distance2(p, corners_[t][0], corners_[t][1], corners_[t][2]);
@@ -148,6 +164,7 @@ double Buckets::beyond(const Vec3& p, double bound2, std::uint32_t& hint) const 
   double best = to(hint);
   if (best <= bound2) return bound2;
   const auto nearer = [&](std::uint32_t t) {
+    if (box_distance2(p, corners_[t]) >= best) return false;
     const double d = to(t);
     if (d < best) {
       best = d;

@@ -84,7 +84,7 @@ class Buckets {
 
   std::vector<Corners> corners_;
   Vec3 low_, high_;
-  double side_ = 1;
+  double side_ = 1, per_side_ = 1;
   Cell size_{1, 1, 1};
   std::vector<std::uint32_t> first_;    // per bucket, into members_
   std::vector<std::uint32_t> members_;  // triangles

@@ -133,7 +133,7 @@ class Examiner::Survey {
   Findings findings_;
 };
 
-/// Vertices that are gone, centres of triangles and middles of edges.
+/// Vertices that are gone and centres of triangles.
 void Examiner::Survey::input_against_result() {
   const auto& p = input_.points_;
   const Buckets result(p, faces_.triangles, bucket_edges * input_.spacing_);
@@ -142,12 +142,10 @@ void Examiner::Survey::input_against_result() {
   for (const auto& triangle : input_.surface_.triangles) {
     if (enough()) break;
     if (kept(triangle, edges_)) continue;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto a = triangle[i], b = triangle[(i + 1) % 3];
-      if (a < b) look((p[a] + p[b]) * 0.5, result, farthest);  // border edges have not moved
-      if (seen[a] || !edges_.from(a).empty()) continue;
-      seen[a] = true;
-      look(p[a], result, farthest);
+    for (const auto vertex : triangle) {
+      if (seen[vertex] || !edges_.from(vertex).empty()) continue;
+      seen[vertex] = true;
+      look(p[vertex], result, farthest);
     }
     const auto& [a, b, c] = triangle;
     look((p[a] + p[b] + p[c]) * (1.0 / 3), result, farthest);
