@@ -17,7 +17,9 @@ namespace {
 /// second; 0 takes a tenth to a fifth off the bytes and more than doubles the time.
 constexpr int speed = 5;
 constexpr int normal_bits = 10;
-constexpr int most_position_bits = 24;  // the significand of a float
+/// One less than a float's significand: the quantiser adds a half before it rounds down.
+constexpr int most_position_bits = 23;
+constexpr int significand_bits = 24;
 
 template <class Value>
 int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data,
@@ -50,9 +52,8 @@ Grid grid_of(const Primitive& primitive, double step) {
     reach =
         std::max({reach, -static_cast<double>(low[a]) / step, static_cast<double>(high[a]) / step});
   }
-  const double most = 1 << most_position_bits;
-  if (!(extent < most && reach < most)) {
-    throw Error(Fault::limit, "", "a tile is larger than 24 bits of steps");
+  if (!(extent < 1 << most_position_bits && reach < 1 << significand_bits)) {
+    throw Error(Fault::limit, "", "a tile is larger than 23 bits of steps");
   }
   return {low, std::max(1, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(extent))))};
 }

@@ -33,7 +33,7 @@ struct Compressed {
 /// Compresses with explicit quantisation: the grid of `step` anchored at the lowest corner, in as
 /// few bits as hold the extent, so that every position decodes to the same float. Normals take 10
 /// octahedral bits; colours and material ids are lossless. `wide_ids`: ids of two bytes.
-/// Errors: limit, when 24 bits of steps do not hold the extent or a coordinate; internal, when
+/// Errors: limit, when 23 bits of steps do not hold the extent, or 24 a coordinate; internal, when
 /// a number is not finite or the encoder refuses.
 Compressed compress(const Primitive& primitive, double step, bool wide_ids);
 

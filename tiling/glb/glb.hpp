@@ -27,7 +27,7 @@ struct Content {
 /// with range (2^bits - 1) * step, `plain` writes float32. Material ids are the feature ids of
 /// EXT_mesh_features, their names, colours, resistance and friction a property table of
 /// EXT_structural_metadata. Same content, same bytes.
-/// Errors: limit, when the tile is larger than 24 bits of steps.
+/// Errors: limit, when the tile is larger than 23 bits of steps, or a point needs more than 24.
 std::vector<std::byte> write(const Content& content, std::string_view profile);
 
 /// A tile's file decoded.
