@@ -1,0 +1,88 @@
+/** Runs the built command (HOODOO_COMMAND) and measures it. */
+import { spawn } from 'node:child_process';
+import { createHash } from 'node:crypto';
+import { readFile, readdir, mkdtemp, rm } from 'node:fs/promises';
+import { readFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join, relative, resolve } from 'node:path';
+
+const here = import.meta.dirname;
+export const command = process.env.HOODOO_COMMAND ?? resolve(here, '../../build/release/hoodoo');
+export const testData = process.env.HOODOO_TEST_DATA ?? resolve(here, '../../../shared/data');
+export const example = resolve(here, '../../schema/examples/first-light');
+
+/**
+ * Runs `hoodoo ...args`. Options: cwd, env (added), kill: {after [ms], signal}, limit [ms] after which it is
+ * killed, onStart(child). Gives {code, signal, stdout, stderr, seconds, peak [MiB], overtime}.
+ */
+export function hoodoo(args, options = {}) {
+  return run(command, args, options);
+}
+
+export function run(program, args, { cwd, env = {}, kill, limit, onStart } = {}) {
+  return new Promise((resolve_, reject) => {
+    const start = performance.now();
+    const child = spawn(program, args, { cwd, env: { ...process.env, ...env }, stdio: ['ignore', 'pipe', 'pipe'] });
+    const result = { stdout: '', stderr: '', peak: 0, overtime: false };
+    for (const name of ['stdout', 'stderr']) {
+      child[name].setEncoding('utf8').on('data', (text) => { result[name] += text; });
+    }
+    // The kernel keeps the largest resident size while the process lives.
+    const watch = () => {
+      try {
+        const peak = /VmHWM:\s+(\d+) kB/.exec(readFileSync(`/proc/${child.pid}/status`, 'utf8'));
+        if (peak) result.peak = Math.max(result.peak, Number(peak[1]) / 1024);
+      } catch { /* it has ended */ }
+    };
+    const timers = [setInterval(watch, 5)];
+    if (kill) timers.push(setTimeout(() => child.kill(kill.signal), kill.after));
+    if (limit) {
+      timers.push(setTimeout(() => {
+        result.overtime = true;
+        child.kill('SIGKILL');
+      }, limit));
+    }
+    const stop = () => timers.forEach(clearTimeout);
+    child.on('error', (error) => { stop(); reject(error); });
+    child.on('close', (code, signal) => {
+      stop();
+      resolve_({ ...result, code, signal, seconds: (performance.now() - start) / 1000 });
+    });
+    onStart?.(child);
+  });
+}
+
+export const makeFolder = () => mkdtemp(join(tmpdir(), 'hoodoo-e2e-'));
+export const removeFolder = (folder) => rm(folder, { recursive: true, force: true });
+
+/** Calls `use(folder)` with a temporary folder that is gone afterwards. */
+export async function withFolder(use) {
+  const folder = await makeFolder();
+  try {
+    return await use(folder);
+  } finally {
+    await removeFolder(folder);
+  }
+}
+
+/** SHA-256 of every file below `folder`, hidden ones too: {relative name: digest}. */
+export async function digests(folder) {
+  const entries = await readdir(folder, { recursive: true, withFileTypes: true });
+  const files = entries.filter((entry) => !entry.isDirectory())
+    .map((entry) => join(entry.parentPath, entry.name)).sort();
+  const found = {};
+  for (const file of files) {
+    found[relative(folder, file)] = createHash('sha256').update(await readFile(file)).digest('hex');
+  }
+  return found;
+}
+
+/** Random numbers in [0, 1) by a seed (mulberry32). */
+export function seededRandom(seed) {
+  return () => {
+    seed = (seed + 0x6d2b79f5) | 0;
+    let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+    return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
+  };
+}

@@ -1,0 +1,110 @@
+/**
+ * Checks a finished tileset with tools that hoodoo did not write: gltf-validator, gltf-transform, draco3d.
+ *
+ *     node tiles.mjs DIR [--workers N]
+ *
+ * Prints one line of JSON with what was counted and found; exits with 1 when anything is wrong.
+ */
+import { basename, relative, resolve } from 'node:path';
+import { parseArgs } from 'node:util';
+import { pathToFileURL } from 'node:url';
+import { Pool } from './tiles/pool.mjs';
+import { readBake, readTileset } from './tiles/tileset.mjs';
+import { Level } from './tiles/weld.mjs';
+
+const mostProblems = 50;   // in words; the rest is counted
+
+/** What must not be there in a welded level, in words. */
+const faults = {
+  degenerate: 'triangles without area',
+  duplicate: 'triangles that repeat another',
+  overused: 'edges with more than two faces',
+  turned: 'edges whose two faces are turned against each other',
+  pinched: 'vertices where the surface touches itself',
+  openOffLattice: "open edges that lie in no plane of the lattice, so not on the world's edge",
+  cracks: 'lattice columns with an open edge on both sides',
+  positionMismatches: 'border vertices without a partner in the neighbouring tile',
+  normalMismatches: 'border vertices whose partner has another normal',
+};
+
+/** Checks the tileset in `folder`; `workers` threads decode. */
+export async function check(folder, { workers } = {}) {
+  const { spacing, step, cells, keys } = await readBake(folder);
+  const { contents, problems, tilesets, tiles } = await readTileset(folder);
+  const total = {
+    tiles, tilesets, contents: contents.length, bytes: 0, vertices: 0, triangles: 0, skirtTriangles: 0,
+    validatorIssues: 0, borderVertices: 0, openEdges: 0, openInside: 0, euler: {}, materials: {},
+  };
+  for (const name of Object.keys(faults)) total[name] = 0;
+
+  const levels = new Map();
+  for (const content of contents) {
+    const key = keys.get(basename(content.file, '.glb'));
+    if (!key) problems.push(`${relative(folder, content.file)}: bake.json does not know it`);
+    else levels.set(key.level, [...(levels.get(key.level) ?? []), { ...content, key }]);
+  }
+  const listed = new Set(contents.map((content) => basename(content.file, '.glb')));
+  for (const [digest, key] of keys) {
+    if (!listed.has(digest)) problems.push(`bake.json: tile ${key.level}/${key.x}/${key.y} is in no tileset`);
+  }
+
+  const pool = new Pool(workers);
+  try {
+    for (const [number, members] of [...levels].sort(([a], [b]) => a - b)) {
+      const lattice = { spacing: spacing * 2 ** number, step: step * 2 ** number, cells };
+      const level = new Level(Math.round(spacing / step));
+      await Promise.all(members.map(async (member) => {
+        const result = await pool.run({ file: member.file, key: member.key, boxes: member.boxes, ...lattice });
+        const name = `${relative(folder, member.file)} (${number}/${member.key.x}/${member.key.y})`;
+        if (result.failed) {
+          problems.push(`${name}: ${result.failed}`);
+          return;
+        }
+        problems.push(...result.problems.map((what) => `${name}: ${what}`));
+        addTo(total, result);
+        level.add(result);
+      }));
+      report(number, level.finish(), total, problems);
+    }
+  } finally {
+    await pool.close();
+  }
+  total.problemCount = problems.length;
+  total.problems = problems.slice(0, mostProblems);
+  return total;
+}
+
+function addTo(total, result) {
+  total.bytes += result.bytes;
+  total.vertices += result.steps.length / 3 + result.skirtVertices;
+  total.triangles += result.triangles.length / 3;
+  total.skirtTriangles += result.skirtTriangles;
+  total.validatorIssues += result.validator;
+  for (const [name, count] of Object.entries(result.materials)) {
+    total.materials[name] = (total.materials[name] ?? 0) + count;
+  }
+}
+
+function report(number, found, total, problems) {
+  for (const [name, what] of Object.entries(faults)) {
+    total[name] += found[name];
+    if (found[name] > 0) problems.push(`level ${number}: ${found[name]} ${what}`);
+  }
+  total.borderVertices += found.borderVertices;
+  total.openEdges += found.openEdges;
+  total.openInside += found.openInside;
+  total.euler[number] = found.euler;
+  (total.components ??= {})[number] = found.components;
+  (total.rims ??= {})[number] = found.openLoops;
+}
+
+if (process.argv[1] && import.meta.url === pathToFileURL(resolve(process.argv[1])).href) {
+  const { positionals, values } = parseArgs({ allowPositionals: true, options: { workers: { type: 'string' } } });
+  if (positionals.length !== 1) {
+    console.error('usage: node tiles.mjs DIR [--workers N]');
+    process.exit(2);
+  }
+  const found = await check(positionals[0], { workers: values.workers && Number(values.workers) });
+  console.log(JSON.stringify(found));
+  process.exit(found.problemCount === 0 ? 0 : 1);
+}
