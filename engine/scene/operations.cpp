@@ -16,6 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t most_operations = 1'000'000;
+constexpr std::size_t most_problems = 1000;  // later operations are not read then
 constexpr std::size_t most_mask_pixels = std::size_t{1} << 24;
 constexpr std::array<std::string_view, 3> common_keys = {"id", "region", "material"};
 
@@ -41,7 +42,7 @@ class Reader {
     if (from.contains("type")) {
       read_brush(from, where, made);
     } else {
-      read_tree(from, where, made);
+      read_operation(from, where, made);
     }
     if (problems.size() != before) return std::nullopt;
     return made;
@@ -85,7 +86,7 @@ class Reader {
     made.shape = *std::move(brush);
   }
 
-  void read_tree(const json& from, const std::string& where, QueuedOperation& made) {
+  void read_operation(const json& from, const std::string& where, QueuedOperation& made) {
     auto& problems = findings_.problems;
     if (!from.contains("op") && !from.contains("tree")) {
       problems.push_back({where, "must have \"op\" and \"tree\", or \"type\""});
@@ -101,7 +102,8 @@ class Reader {
       problems.push_back({where + "/tree", "is missing"});
       return;
     }
-    auto node = tree::parse_node(*tree, where + "/tree", tree::Family::terrain, context_, problems);
+    auto node =
+        scene::read_tree(*tree, where + "/tree", tree::Family::terrain, context_, findings_);
     if (node) made.shape = *std::move(node);
   }
 
@@ -114,6 +116,17 @@ class Reader {
 };
 
 }  // namespace
+
+std::optional<tree::Node> read_tree(const json& from, const std::string& where, tree::Family family,
+                                    tree::Context& context, Findings& findings) {
+  const bool stopped = context.stopped;
+  auto node = tree::parse_node(from, where, family, context, findings.problems);
+  if (context.stopped && !stopped) {
+    findings.limits.push_back(std::move(findings.problems.back()));
+    findings.problems.pop_back();
+  }
+  return node;
+}
 
 std::vector<QueuedOperation> read_operations(const json& scene, const Sources& sources,
                                              const std::vector<MaterialSettings>& materials,
@@ -132,7 +145,7 @@ std::vector<QueuedOperation> read_operations(const json& scene, const Sources& s
     return queue;
   }
   Reader reader(sources, materials, context, findings);
-  for (std::size_t i = 0; i < found->size(); ++i) {
+  for (std::size_t i = 0; i < found->size() && findings.problems.size() < most_problems; ++i) {
     auto one = reader.read((*found)[i], fmt::format("{}/{}", where, i));
     if (one) queue.push_back(*std::move(one));
   }

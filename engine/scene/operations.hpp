@@ -54,6 +54,11 @@ struct QueuedOperation {
   std::variant<tree::Node, AnyBrush> shape;
 };
 
+/// tree::parse_node with its problems among `findings`; a broken limit is one.
+std::optional<tree::Node> read_tree(const nlohmann::json& json, const std::string& where,
+                                    tree::Family family, tree::Context& context,
+                                    Findings& findings);
+
 /// Reads the "operations" of a scene. Those with problems are left out.
 std::vector<QueuedOperation> read_operations(const nlohmann::json& scene, const Sources& sources,
                                              const std::vector<MaterialSettings>& materials,
