@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/partitioner.h>
 #include <oneapi/tbb/task_arena.h>
@@ -135,6 +136,9 @@ void make_run(Resampler& resampler, LevelFacts& level, ChunkFile& file, std::int
 
 template <class Task>
 void in_parallel(int threads, std::int64_t tasks, const Task& task) {
+  // More threads than processors are had only when asked for so.
+  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
   tbb::task_arena arena(threads);
   arena.execute([&] {
     tbb::parallel_for(

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace hoodoo::dem {
 namespace {
@@ -37,6 +38,19 @@ SourceMap::SourceMap(const RasterInfo& info, const Frame& frame, const Pyramid::
           .x;
 }
 
+std::array<Point, 4> SourceMap::Corners::columns_at(double j) const {
+  const auto w = cubic(j / patch);
+  std::array<Point, 4> columns{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    columns[k] = weighted(w, points[k], points[4 + k], points[8 + k], points[12 + k]);
+  }
+  return columns;
+}
+
+Point SourceMap::Corners::at(const std::array<Point, 4>& columns, double i) {
+  return weighted(cubic(i / patch), columns[0], columns[1], columns[2], columns[3]);
+}
+
 Point SourceMap::source_pixel(Point p) const {
   const double x = p.x - info_.transform[0], y = p.y - info_.transform[3];
   return {inverse_[0] * x + inverse_[1] * y, inverse_[2] * x + inverse_[3] * y};
@@ -65,14 +79,13 @@ const SourceMap::Corners& SourceMap::corners(std::int64_t column, std::int64_t r
                         static_cast<double>((row - 1 + l) * patch)));
     }
   }
-  const auto w = cubic(0.5);
-  const auto& q = c.points;
-  const auto middle =
-      weighted(w, weighted(w, q[0], q[1], q[2], q[3]), weighted(w, q[4], q[5], q[6], q[7]),
-               weighted(w, q[8], q[9], q[10], q[11]), weighted(w, q[12], q[13], q[14], q[15]));
-  const auto direct = exact(static_cast<double>(column * patch) + patch / 2,
-                            static_cast<double>(row * patch) + patch / 2);
-  c.smooth = std::abs(middle.x - direct.x) < 0.01 && std::abs(middle.y - direct.y) < 0.01;
+  for (const auto& [i, j] : {std::pair{32, 32}, {12, 12}, {52, 12}, {12, 52}, {52, 52}}) {
+    const auto cubed = Corners::at(c.columns_at(j), i);
+    const auto direct =
+        exact(static_cast<double>(column * patch + i), static_cast<double>(row * patch + j));
+    c.smooth =
+        c.smooth && std::abs(cubed.x - direct.x) < 0.006 && std::abs(cubed.y - direct.y) < 0.006;
+  }
   last_ = c;
   return *last_;
 }
@@ -86,20 +99,14 @@ void SourceMap::map(std::int64_t i0, std::int64_t j0, int width, int height,
   auto* to = out.data();
   for (int l = 0; l < height; ++l) {
     const double j = static_cast<double>(j0 + l) + 0.5;
-    std::array<Point, 4> along{};
-    if (c && c->smooth) {
-      const auto w = cubic((j - static_cast<double>(row * patch)) / patch);
-      for (std::size_t k = 0; k < 4; ++k) {
-        along[k] = weighted(w, c->points[k], c->points[4 + k], c->points[8 + k], c->points[12 + k]);
-      }
-    }
+    std::array<Point, 4> columns{};
+    if (c && c->smooth) columns = c->columns_at(j - static_cast<double>(row * patch));
     for (int k = 0; k < width; ++k) {
       const double i = static_cast<double>(i0 + k) + 0.5;
       if (!c) {
         *to++ = exact(i, j);
       } else if (c->smooth) {
-        const auto w = cubic((i - static_cast<double>(column * patch)) / patch);
-        *to++ = weighted(w, along[0], along[1], along[2], along[3]);
+        *to++ = Corners::at(columns, i - static_cast<double>(column * patch));
       } else {
         *to++ = rounded(exact(i, j));
       }

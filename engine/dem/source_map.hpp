@@ -36,6 +36,10 @@ class SourceMap {
     std::int64_t column, row;
     bool smooth;
     std::array<Point, 16> points;
+    // The cubics through the columns of points at j, and across those at i; both in pixels from the
+    // patch's corner.
+    std::array<Point, 4> columns_at(double j) const;
+    static Point at(const std::array<Point, 4>& columns, double i);
   };
   const Corners& corners(std::int64_t column, std::int64_t row);
   Point source_pixel(Point p) const;

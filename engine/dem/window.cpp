@@ -164,10 +164,11 @@ Interval Window::bounds(const Box& area) const {
 double Window::slope(const Box& area) const {
   if (empty()) return 0;
   const auto range = involved(area);
-  float east = 0, north = 0;
+  float east = 0, north = 0, size = 0;
   for (int j = range.j0; j <= range.j1; ++j) {
     const float* const row = filled_.data() + index(0, j);
     for (int i = range.i0; i <= range.i1; ++i) {
+      size = std::max(size, std::abs(row[i]));
       if (i < range.i1) east = std::max(east, std::abs(row[i + 1] - row[i]));
       if (j < range.j1) north = std::max(north, std::abs(row[i + width_] - row[i]));
     }
@@ -176,7 +177,8 @@ double Window::slope(const Box& area) const {
   // that sum to 3/2 at most; across rows 5/4 as for the value.
   const double hx = 1.875 * static_cast<double>(east) * per_x_;
   const double hy = 1.875 * static_cast<double>(north) * per_y_;
-  return std::sqrt(hx * hx + hy * hy) * (1 + 1e-6);
+  const double rounding = 1e-12 * static_cast<double>(size) * (per_x_ + per_y_);
+  return std::sqrt(hx * hx + hy * hy) * (1 + 1e-9) + rounding;
 }
 
 Interval widened(float low, float high) {
