@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -34,6 +35,12 @@ struct Support {
 
   static constexpr double no_bound = std::numeric_limits<double>::infinity();
 };
+
+/// From 0 to a peak, which evaluation holds in single precision.
+inline Interval zero_to(double peak) {
+  const double p = static_cast<double>(static_cast<float>(peak));
+  return {std::min(0.0, p), std::max(0.0, p)};
+}
 
 /// A block of space: points relative to `origin`, in single precision, lying in `box` [m]. Both in
 /// the coordinates of the tree that is evaluated there.

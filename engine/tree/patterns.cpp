@@ -61,9 +61,9 @@ Interval Strata::bounds(const Block& block) const {
 }
 
 Support Plane::support(std::span<const Support>) const {
-  const Interval layer{std::min(0.0, energy), std::max(0.0, energy)};
+  const Interval layer = zero_to(energy);
   const double layer_slope = std::abs(energy) * 1.7173021674 / falloff;
-  return {Box::everywhere(), layer + Interval{0, 1} * amplitude,
+  return {Box::everywhere(), layer + zero_to(amplitude),
           layer_slope + std::abs(amplitude) * turbulence_slope(noise())};
 }
 
@@ -135,9 +135,9 @@ Interval Plane::bounds(const Block& block) const {
   };
   const Interval layer = Interval{g(d + half), g(std::max(0.0, d - half))} * energy;
   if (amplitude == 0) return outward(layer);
-  const Interval noisy = slope_bounds(amplitude * turbulence_at(noise(), c),
-                                      std::abs(amplitude) * turbulence_slope(noise()), block,
-                                      Interval{0, 1} * amplitude);
+  const Interval noisy =
+      slope_bounds(amplitude * turbulence_at(noise(), c),
+                   std::abs(amplitude) * turbulence_slope(noise()), block, zero_to(amplitude));
   return outward(layer + noisy);
 }
 

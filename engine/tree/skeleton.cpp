@@ -12,7 +12,7 @@ Support support_around(const Box& skeleton, double reach, double energy, double 
   const double size = length(skeleton.max - skeleton.min);
   // Single precision may carry the field a little further.
   const double slack = 1e-5 * (reach + size);
-  return {skeleton.grown(reach + slack), {std::min(0.0, energy), std::max(0.0, energy)}, slope};
+  return {skeleton.grown(reach + slack), zero_to(energy), slope};
 }
 
 double slope_of(const Skeletal& s, double reach) {

@@ -29,8 +29,7 @@ struct Strata {
   }
   Turbulence noise() const { return {wavelength, octaves, seed}; }
   Support support(std::span<const Support>) const {
-    return {Box::everywhere(), Interval{0, 1} * energy,
-            std::abs(energy) * turbulence_slope(noise())};
+    return {Box::everywhere(), zero_to(energy), std::abs(energy) * turbulence_slope(noise())};
   }
   void values(const Vec3& origin, const Points& at, std::span<float> out) const;
   void gradients(const Vec3& origin, const Points& at, std::span<float> out,

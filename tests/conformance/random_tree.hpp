@@ -1,0 +1,192 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <random>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "engine/tree/node.hpp"
+
+/// Random trees for the conformance suite, derived from what the node types list.
+namespace hoodoo::tree::conformance {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  double real(double low, double high) {
+    return low + (high - low) * std::ldexp(static_cast<double>(engine_() >> 11), -53);
+  }
+  long long whole(long long low, long long high) {
+    return low + static_cast<long long>(engine_() % static_cast<std::uint64_t>(high - low + 1));
+  }
+  Vec3 place(double far) { return {real(-far, far), real(-far, far), real(-far, far)}; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+inline constexpr double scene_size = 20;  // [m] half the side of what the trees fill
+
+/// A sensible value of a number in `range`: sizes of 1 to 12 m, factors of at most 2, noise that a
+/// difference over some centimetres resolves.
+inline double random_number(Random& random, const Range& range, std::string_view unit,
+                            std::string_view key = "") {
+  if (key == "wavelength") return random.real(6, 12);
+  if (key == "amplitude") return random.real(0.2, 1.5);
+  const double low = unit == "m" ? std::max(range.low, range.low < 0 ? -scene_size : 1.0)
+                                 : std::max(range.low, range.open ? 0.1 : -2.0);
+  const double high = unit == "m"     ? std::min(range.high, 12.0)
+                      : unit == "deg" ? range.high
+                                      : std::min(range.high, 2.0);
+  return random.real(unit == "deg" ? range.low : low, high);
+}
+
+template <class T>
+void randomise(T& value, Random& random);
+
+template <class T>
+void randomise(T& t, const Number<T>& f, Random& random) {
+  t.*f.member = random_number(random, f.range, f.unit, f.key);
+}
+template <class T, class I>
+void randomise(T& t, const Whole<T, I>& f, Random& random) {
+  t.*f.member = static_cast<I>(random.whole(f.low, f.high > 100 ? f.high : std::min(f.high, 3LL)));
+}
+template <class T>
+void randomise(T& t, const Flag<T>& f, Random& random) {
+  t.*f.member = random.whole(0, 1) == 1;
+}
+template <class T>
+void randomise(T& t, const Position<T>& f, Random& random) {
+  t.*f.member = random.place(scene_size);
+}
+template <class T>
+void randomise(T& t, const Positions<T>& f, Random& random) {
+  auto& points = t.*f.member;
+  points.resize(f.least + static_cast<std::size_t>(random.whole(0, 3)));
+  for (Point& p : points) p = random.place(scene_size);
+}
+template <class T>
+void randomise(T& t, const Vector<T>& f, Random& random) {
+  for (int axis = 0; axis < 3; ++axis) {
+    (t.*f.member)[axis] = random_number(random, f.range, f.unit);
+    if (f.unit == "1") (t.*f.member)[axis] = random.real(0.5, 2);
+  }
+}
+template <class T>
+void randomise(T& t, const Direction<T>& f, Random& random) {
+  t.*f.member = random.place(1);
+}
+/// Every other roughness is none.
+template <class T>
+void randomise(T& t, const Group<T, StarTurbulence>& f, Random& random) {
+  StarTurbulence& s = t.*f.member;
+  randomise(s, random);
+  if (random.whole(0, 1) == 0) s.amplitude = 0;
+}
+
+template <class T>
+void randomise(T& value, Random& random) {
+  std::apply([&](const auto&... f) { (randomise(value, f, random), ...); }, T::fields());
+}
+
+Node random_tree(Random& random, Family family, int depth);
+
+template <class N>
+Node random_node(Random& random, Family family, int depth) {
+  N node;
+  std::vector<Problem> problems;
+  do {
+    problems.clear();
+    randomise(node, random);
+    if constexpr (requires { node.check("", problems); }) node.check("", problems);
+  } while (!problems.empty());
+  Node tree{node, {}};
+  for (const Slot& slot : std::span<const Slot>(N::slots)) {
+    const auto most = static_cast<long long>(std::min<std::size_t>(slot.most, slot.list ? 4 : 1));
+    const auto least = std::min(most, static_cast<long long>(std::max<std::size_t>(slot.least, 0)));
+    for (long long n = random.whole(least, most); n > 0; --n) {
+      tree.children.push_back(random_tree(random, family, depth - 1));
+    }
+  }
+  return tree;
+}
+
+using Maker = Node (*)(Random&, Family, int);
+struct NodeKind {
+  std::string_view type;
+  Family family;
+  bool leaf;
+  Maker make;
+};
+
+template <class... N>
+std::vector<NodeKind> kinds_of(const std::variant<N...>*) {
+  return {
+      NodeKind{N::type, N::family, std::span<const Slot>(N::slots).empty(), &random_node<N>}...};
+}
+
+/// Every node type, in the order of the variant.
+inline const std::vector<NodeKind>& node_kinds() {
+  static const std::vector<NodeKind> kinds = kinds_of(static_cast<const AnyNode*>(nullptr));
+  return kinds;
+}
+
+/// A tree of any node types that may stand in `family`; leaves at depth 0.
+inline Node random_tree(Random& random, Family family, int depth) {
+  for (;;) {
+    const auto& kinds = node_kinds();
+    const NodeKind& kind =
+        kinds[static_cast<std::size_t>(random.whole(0, static_cast<long long>(kinds.size()) - 1))];
+    if (kind.family != Family::any && kind.family != family) continue;
+    if (depth <= 0 && !kind.leaf) continue;
+    return kind.make(random, family, depth);
+  }
+}
+
+/// Points of a block, in the order of a grid that was shaken: some share x and y.
+struct Cloud {
+  std::vector<float> x, y, z;
+  Cloud(Random& random, const Block& block, std::size_t n) {
+    float px = 0, py = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto local = [&](int axis) {
+        // Kept inside after rounding to single precision.
+        const double low = block.box.min[axis] - block.origin[axis];
+        const double high = block.box.max[axis] - block.origin[axis];
+        const double margin = 1e-6 * (std::abs(low) + std::abs(high));
+        return static_cast<float>(random.real(low + margin, high - margin));
+      };
+      if (i % 5 == 0) {
+        px = local(0);
+        py = local(1);
+      }
+      x.push_back(px);
+      y.push_back(py);
+      z.push_back(local(2));
+    }
+  }
+  std::size_t size() const { return x.size(); }
+  Points points() const { return {x, y, z}; }
+  Vec3 at(std::size_t i) const {
+    return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
+  }
+};
+
+/// A random block in or near the scene, up to `side` m wide.
+inline Block random_block(Random& random, double side) {
+  const Vec3 low = random.place(1.5 * scene_size);
+  const double w = random.real(0.05, 1) * side;
+  const Vec3 high = low + Vec3{w, w, w};
+  return {low, {low, high}};
+}
+
+/// A block around all of the scene that shares `block`'s origin: nothing is pruned in it.
+inline Block wide_block(const Block& block) {
+  return {block.origin, Box{block.origin, block.origin}.grown(1000)};
+}
+
+}  // namespace hoodoo::tree::conformance
