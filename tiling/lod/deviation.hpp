@@ -8,13 +8,13 @@
 
 namespace hoodoo::lod {
 
-/// Calls visit(point) for samples of a triangle at most `spacing` apart along its edges. Corners
-/// are left out; a segment (a, b, b) is sampled along its length.
+/// Calls visit(point) for samples of a triangle on a lattice whose edges are at most `spacing`
+/// long. Corners are left out; a segment (a, b, b) is sampled along its length.
 template <class Visit>
 void for_each_sample(const Vec3& a, const Vec3& b, const Vec3& c, double spacing, Visit visit) {
   const double longest =
       std::sqrt(std::max({dot(b - a, b - a), dot(c - a, c - a), dot(c - b, c - b)}));
-  const int parts = std::max(2, static_cast<int>(std::ceil(longest / spacing)));
+  const int parts = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
   const Vec3 u = (b - a) * (1.0 / parts), v = (c - a) * (1.0 / parts);
   for (int i = 0; i <= parts; ++i) {
     for (int j = 0; j <= parts - i; ++j) {

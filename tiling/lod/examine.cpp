@@ -178,6 +178,8 @@ void Examiner::Survey::follow(const std::vector<Triangle>& from, const std::vect
       findings_.faults.push_back(p[a]);
       continue;
     }
+    look(p[a], other, farthest);
+    look(p[b], other, farthest);
     for_each_sample(p[a], p[b], p[end], input_.spacing_,
                     [&](const Vec3& sample) { look(sample, other, farthest); });
   }

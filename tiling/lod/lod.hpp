@@ -1,4 +1,6 @@
 #pragma once
+#include <cstdint>
+
 #include "tiling/surface/surface.hpp"
 
 /// tiling/lod: surface -> simplified surface.
@@ -20,5 +22,9 @@ Simplified simplify(const surface::Surface& surface, double error);
 /// Two faces on every edge that is not on a border, none doubled, none degenerate; borders as in
 /// `original` when given.
 bool is_manifold(const surface::Surface& surface, const surface::Surface* original = nullptr);
+
+/// Edges with one face between two vertices marked `world_edge`: what stays open when a level's
+/// tiles are put together.
+std::uint64_t world_edges(const surface::Surface& surface);
 
 }  // namespace hoodoo::lod

@@ -68,6 +68,13 @@ bool ends_at_borders(const surface::Surface& surface, const Topology& topology) 
 
 }  // namespace
 
+std::uint64_t world_edges(const surface::Surface& surface) {
+  const Topology topology = topology_of(surface);
+  return static_cast<std::uint64_t>(std::ranges::count_if(topology.open, [&](const auto& edge) {
+    return (surface.planes[edge.from] & surface.planes[edge.to] & surface::world_edge) != 0;
+  }));
+}
+
 bool is_manifold(const surface::Surface& surface, const surface::Surface* original) {
   const auto area = [&](const Triangle& t) { return has_area(surface, t); };
   if (!std::ranges::all_of(surface.triangles, area) || !positions_are_unique(surface)) return false;

@@ -27,6 +27,7 @@ struct Record {
   std::uint64_t bytes = 0, vertices = 0, triangles = 0, skirt_triangles = 0;
   Box box;                        // of surface and skirt [m], scene frame
   double simplification = 0;      // measured [m]
+  std::uint64_t world_edges = 0;  // edges of the surface that end at the world's edge or a hole
   std::map<std::string, std::uint64_t> materials;   // triangles by name
 
   friend bool operator==(const Record&, const Record&) = default;
