@@ -29,7 +29,7 @@ const faults = {
 
 /** Checks the tileset in `folder`; `workers` threads decode. */
 export async function check(folder, { workers } = {}) {
-  const { spacing, step, cells, keys } = await readBake(folder);
+  const { spacing, step, cells, records } = await readBake(folder);
   const { contents, problems, tilesets, tiles } = await readTileset(folder);
   const total = {
     tiles, tilesets, contents: contents.length, bytes: 0, vertices: 0, triangles: 0, skirtTriangles: 0,
@@ -37,15 +37,15 @@ export async function check(folder, { workers } = {}) {
   };
   for (const name of Object.keys(faults)) total[name] = 0;
 
-  const levels = new Map();
+  const levels = new Map(), listed = new Set();
   for (const content of contents) {
-    const key = keys.get(basename(content.file, '.glb'));
-    if (!key) problems.push(`${relative(folder, content.file)}: bake.json does not know it`);
-    else levels.set(key.level, [...(levels.get(key.level) ?? []), { ...content, key }]);
+    const digest = basename(content.file, '.glb'), record = records.get(digest);
+    listed.add(digest);
+    if (!record) problems.push(`${relative(folder, content.file)}: bake.json does not know it`);
+    else levels.set(record.key.level, [...(levels.get(record.key.level) ?? []), { ...content, record }]);
   }
-  const listed = new Set(contents.map((content) => basename(content.file, '.glb')));
-  for (const [digest, key] of keys) {
-    if (!listed.has(digest)) problems.push(`bake.json: tile ${key.level}/${key.x}/${key.y} is in no tileset`);
+  for (const [digest, { name }] of records) {
+    if (!listed.has(digest)) problems.push(`bake.json: tile ${name} is in no tileset`);
   }
 
   const pool = new Pool(workers);
@@ -53,18 +53,19 @@ export async function check(folder, { workers } = {}) {
     for (const [number, members] of [...levels].sort(([a], [b]) => a - b)) {
       const lattice = { spacing: spacing * 2 ** number, step: step * 2 ** number, cells };
       const level = new Level(Math.round(spacing / step));
-      await Promise.all(members.map(async (member) => {
-        const result = await pool.run({ file: member.file, key: member.key, boxes: member.boxes, ...lattice });
-        const name = `${relative(folder, member.file)} (${number}/${member.key.x}/${member.key.y})`;
+      await Promise.all(members.map(async ({ file, boxes, record }) => {
+        const result = await pool.run({ file, boxes, key: record.key, ...lattice });
+        const name = `${relative(folder, file)} (${record.name})`;
         if (result.failed) {
           problems.push(`${name}: ${result.failed}`);
           return;
         }
-        problems.push(...result.problems.map((what) => `${name}: ${what}`));
+        problems.push(...[...result.problems, ...against(record, result)].map((what) => `${name}: ${what}`));
         addTo(total, result);
         level.add(result);
       }));
-      report(number, level.finish(), total, problems);
+      const worldEdges = members.reduce((sum, { record }) => sum + record.world_edges, 0);
+      report(number, level.finish(), worldEdges, total, problems);
     }
   } finally {
     await pool.close();
@@ -72,6 +73,24 @@ export async function check(folder, { workers } = {}) {
   total.problemCount = problems.length;
   total.problems = problems.slice(0, mostProblems);
   return total;
+}
+
+/** Where bake.json says other than the file. */
+function against(record, result) {
+  const box = [...result.box.low, ...result.box.high];
+  const counted = {
+    bytes: result.bytes, triangles: result.triangles.length / 3, skirt_triangles: result.skirtTriangles,
+    vertices: result.steps.length / 3 + result.skirtVertices,
+  };
+  const differing = Object.keys(counted).filter((name) => record[name] !== counted[name])
+    .map((name) => `has ${counted[name]} ${name}, bake.json says ${record[name]}`);
+  if (box.some((value, i) => value !== record.box[i])) differing.push(`fills [${box}], bake.json says [${record.box}]`);
+  const names = new Set([...Object.keys(record.materials), ...Object.keys(result.materials)]);
+  for (const name of names) {
+    if (record.materials[name] === result.materials[name]) continue;
+    differing.push(`has ${result.materials[name]} triangles of ${name}, bake.json says ${record.materials[name]}`);
+  }
+  return differing;
 }
 
 function addTo(total, result) {
@@ -85,10 +104,14 @@ function addTo(total, result) {
   }
 }
 
-function report(number, found, total, problems) {
+function report(number, found, worldEdges, total, problems) {
   for (const [name, what] of Object.entries(faults)) {
     total[name] += found[name];
     if (found[name] > 0) problems.push(`level ${number}: ${found[name]} ${what}`);
+  }
+  // Each tile knows the world's edge from the elevations alone, whatever its neighbours are.
+  if (found.openEdges !== worldEdges) {
+    problems.push(`level ${number}: ${found.openEdges} open edges, ${worldEdges} of them the world's by bake.json`);
   }
   total.borderVertices += found.borderVertices;
   total.openEdges += found.openEdges;

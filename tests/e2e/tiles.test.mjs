@@ -69,6 +69,9 @@ const planted = {
   'an error that does not fall': [{ tree: ({ root }) => { root.geometricError = 0; } }, /has the geometricError 0, its parent 0/],
   'a leaf with an error': [{ tree: ({ root }) => { root.children[0].geometricError = 1; } }, /is a leaf with/],
   'a tile left out of the index': [{ tree: ({ root }) => { root.children.pop(); } }, /is in no tileset/],
+  'a count that is wrong in bake.json': [{ bake: ({ tiles }) => { ++tiles[2].triangles; } }, /has 512 triangles, bake.json says 513/],
+  "an open edge that is not the world's": [{ bake: ({ tiles }) => { --tiles[1].world_edges; } },
+                                            /128 open edges, 127 of them the world's/],
   'a file that is not there': [{ tree: ({ root }) => { root.children[0].content.uri = `tiles/${'0'.repeat(64)}.glb`; } },
                                /bake.json does not know it/],
 };

@@ -103,7 +103,7 @@ function toGlb({ origin, surface, skirt }) {
 
 /**
  * Writes two levels of 2 x 2 tiles into `folder`. `spoil.tile(key, content)` may change a tile's content before
- * it is written, `spoil.tree(tileset)` the index.
+ * it is written, `spoil.tree(tileset)` and `spoil.bake(bake)` the index.
  */
 export async function makeTileset(folder, spoil = {}) {
   await mkdir(join(folder, 'tiles'), { recursive: true });
@@ -115,7 +115,13 @@ export async function makeTileset(folder, spoil = {}) {
     spoil.tile?.(key, content);
     const bytes = toGlb(content), digest = createHash('sha256').update(bytes).digest('hex');
     await writeFile(join(folder, 'tiles', `${digest}.glb`), bytes);
-    bake.tiles.push({ key, content: digest });
+    const { surface, skirt, origin } = content, all = bounds([...surface.points, ...skirt.points]);
+    bake.tiles.push({
+      key, content: digest, bytes: bytes.length, vertices: surface.points.length + skirt.points.length,
+      triangles: surface.triangles.length, skirt_triangles: skirt.triangles.length,
+      world_edges: level === 0 ? 2 * cells : 4 * cells, materials: { rock: surface.triangles.length },
+      box: [0, 1].flatMap((end) => all.map((b, a) => b[end] + origin[a])),
+    });
     return { key, geometricError, box, content: { uri: `tiles/${digest}.glb` }, ...children };
   };
   const leaves = [];
@@ -130,6 +136,7 @@ export async function makeTileset(folder, spoil = {}) {
   };
   const tileset = { asset: { version: '1.1' }, geometricError: 100, root: { ...finish(root), refine: 'REPLACE' } };
   spoil.tree?.(tileset);
+  spoil.bake?.(bake);
   await writeFile(join(folder, 'tileset.json'), JSON.stringify(tileset));
   await writeFile(join(folder, 'bake.json'), JSON.stringify(bake));
 }

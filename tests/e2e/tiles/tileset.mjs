@@ -37,7 +37,7 @@ export async function readTileset(folder) {
       else contents.push({ file: target, boxes: own.boxes, error });
     }
     if (!uris.some((uri) => uri.endsWith('.json'))) {
-      ++tiles;
+      tiles += uris.length > 0 ? 1 : 0;
       if (!tile.children?.length && error !== 0) say(`is a leaf with the geometricError ${error}`);
     } else if (tile.children?.length) say('has children beside its external tileset');
     for (const [i, child] of (tile.children ?? []).entries()) {
@@ -67,14 +67,14 @@ function axisBox(box) {
   return [box.slice(0, 3), axes.map((axis, a) => Math.abs(axis[a]))];
 }
 
-/** What bake.json says of lattice and tiles: key by content digest. */
+/** What bake.json says: the lattice [m], and each tile that has a surface, by content digest. */
 export async function readBake(folder) {
   const bake = await readJson(join(folder, 'bake.json'));
   const { spacing, step, tile_cells: cells } = bake.lattice;
-  const keys = new Map();
+  const records = new Map();
   for (const tile of bake.tiles) {
     const [level, x, y] = tile.key.split('/').map(Number);
-    if (tile.content) keys.set(tile.content, { level, x, y });
+    if (tile.content) records.set(tile.content, { ...tile, key: { level, x, y }, name: tile.key });
   }
-  return { spacing, step, cells, keys, bake };
+  return { spacing, step, cells, records };
 }
