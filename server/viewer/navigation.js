@@ -1,0 +1,87 @@
+// The camera's two ways to move: around a point, or free.
+import { Raycaster, Vector2, Vector3 } from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+
+import { FlyControls } from './fly.js';
+
+const THREE_QUARTER = new Vector3(-0.55, -0.75, 0.52).normalize();
+
+export class Navigation {
+  constructor(stage, terrain) {
+    this.camera = stage.camera;
+    this.terrain = terrain;
+    const element = stage.renderer.domElement;
+    this.orbit = new OrbitControls(this.camera, element);
+    this.orbit.enableDamping = true;
+    this.orbit.dampingFactor = 0.12;
+    this.orbit.zoomToCursor = true;
+    this.orbit.screenSpacePanning = false;
+    this.orbit.minDistance = 0.5;
+    this.orbit.addEventListener('change', () => { this.moved = true; });
+    this.fly = new FlyControls(this.camera, element);
+    element.addEventListener('dblclick', (event) => this.#turnAbout(event, element));
+  }
+
+  get mode() {
+    return this.fly.enabled ? 'fly' : 'orbit';
+  }
+  set mode(mode) {
+    const flies = mode === 'fly';
+    if (flies === this.fly.enabled) return;
+    if (flies) this.fly.speed = Math.max(2, this.scale / 4);
+    else this.orbit.target.copy(this.camera.position).addScaledVector(this.fly.forward, this.scale);
+    this.fly.enabled = flies;
+    this.orbit.enabled = !flies;
+    this.moved = true;
+  }
+
+  // What the camera looks at, and how far away that is in metres.
+  get target() {
+    if (this.mode === 'orbit') return this.orbit.target;
+    return this.camera.position.clone().addScaledVector(this.fly.forward, this.scale);
+  }
+  get scale() {
+    if (this.mode === 'orbit') return this.camera.position.distanceTo(this.orbit.target);
+    return this.fly.speed * 4;
+  }
+
+  lookFrom(position, target) {
+    this.camera.position.copy(position);
+    this.orbit.target.copy(target);
+    this.camera.lookAt(target);
+    this.orbit.update();
+    if (this.fly.enabled) this.fly.speed = position.distanceTo(target) / 4;
+    this.moved = true;
+  }
+
+  // All of a box, from the south-west and above.
+  lookAtWhole(box, aspect) {
+    const size = box.getSize(new Vector3());
+    const centre = box.getCenter(new Vector3());
+    const halfAngle = (this.camera.fov * Math.PI) / 360;
+    const fit = Math.tan(halfAngle) * Math.min(1, aspect);
+    const distance = (0.46 * Math.hypot(size.x, size.y)) / fit + 0.3 * size.z;
+    this.lookFrom(centre.clone().addScaledVector(THREE_QUARTER, distance), centre);
+  }
+
+  #turnAbout(event, element) {
+    const at = new Vector2((event.offsetX / element.clientWidth) * 2 - 1,
+      1 - (event.offsetY / element.clientHeight) * 2);
+    const ray = new Raycaster();
+    ray.setFromCamera(at, this.camera);
+    const [hit] = ray.intersectObject(this.terrain.group, true);
+    if (!hit || this.mode === 'fly') return;
+    this.orbit.target.copy(hit.point);
+    this.orbit.update();
+    this.moved = true;
+  }
+
+  // True when the camera moved.
+  update(seconds) {
+    if (this.fly.enabled) this.moved = this.fly.update(seconds) || this.moved;
+    else this.orbit.update(seconds);
+    const moved = this.moved;
+    this.moved = false;
+    return moved;
+  }
+}
