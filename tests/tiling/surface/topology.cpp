@@ -1,35 +1,58 @@
 #include "tests/tiling/surface/topology.hpp"
 
 #include <algorithm>
-#include <map>
-#include <set>
+#include <tuple>
 #include <unordered_map>
+#include <utility>
 
 namespace hoodoo::surface::testing {
 namespace {
 
-struct EdgeUse {
-  int forward = 0, backward = 0;
-  std::size_t first_triangle = 0;
+/// One side of one triangle.
+struct Side {
+  std::uint32_t low, high;  // its ends
+  bool forward;             // it runs from low to high
+  std::size_t triangle;
 };
-using Edges = std::map<std::pair<std::uint32_t, std::uint32_t>, EdgeUse>;
 
-Edges edges_of(const Net& net, Faults& faults) {
-  Edges edges;
+/// All sides, those of one edge together.
+std::vector<Side> sides_of(const Net& net) {
+  std::vector<Side> sides;
+  sides.reserve(3 * net.triangles.size());
   for (std::size_t t = 0; t < net.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const auto a = net.triangles[t][k], b = net.triangles[t][(k + 1) % 3];
-      const auto [found, is_new] = edges.try_emplace({std::min(a, b), std::max(a, b)});
-      auto& use = found->second;
-      if (is_new) use.first_triangle = t;
-      ++(a < b ? use.forward : use.backward);
-      const auto other = use.first_triangle;
-      if (net.tiles[other] != net.tiles[t] && net.materials[other] != net.materials[t]) {
+      sides.push_back({std::min(a, b), std::max(a, b), a < b, t});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  return sides;
+}
+
+/// Calls visit(first, last) for the sides of each edge.
+template <class Visit>
+void for_each_edge(const std::vector<Side>& sides, Visit visit) {
+  for (auto from = sides.begin(), to = from; from != sides.end(); from = to) {
+    while (to != sides.end() && to->low == from->low && to->high == from->high) ++to;
+    visit(from, to);
+  }
+}
+
+void check_edges(const Net& net, const Where& may_end, Faults& faults) {
+  for_each_edge(sides_of(net), [&](auto from, auto to) {
+    const auto forward = std::count_if(from, to, [](const Side& s) { return s.forward; });
+    const auto backward = to - from - forward;
+    if (forward > 1 || backward > 1) ++faults.crowded_edges;
+    if (to - from == 1 && !(may_end(from->low) && may_end(from->high))) ++faults.open_edges;
+    for (auto side = from + 1; side != to; ++side) {
+      const auto t = from->triangle, u = side->triangle;
+      if (net.tiles[t] != net.tiles[u] && net.materials[t] != net.materials[u]) {
         ++faults.unequal_labels;
       }
     }
-  }
-  return edges;
+  });
 }
 
 bool has_no_area(const Net& net, const std::array<std::uint32_t, 3>& t) {
@@ -41,29 +64,41 @@ bool has_no_area(const Net& net, const std::array<std::uint32_t, 3>& t) {
   return u[1] * v[2] == u[2] * v[1] && u[2] * v[0] == u[0] * v[2] && u[0] * v[1] == u[1] * v[0];
 }
 
+using Link = std::array<std::uint32_t, 2>;
+
 /// Number of fans around a point from the edges opposite to it, -1 if some edge is used twice.
-int fans(const std::vector<std::array<std::uint32_t, 2>>& links) {
-  std::map<std::uint32_t, std::uint32_t> next;
-  std::set<std::uint32_t> has_previous;
-  for (const auto& [from, to] : links) {
-    if (!next.emplace(from, to).second || !has_previous.insert(to).second) return -1;
+int fans(std::vector<Link> links) {
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (links[i][0] == links[j][0] || links[i][1] == links[j][1]) return -1;
+    }
   }
   int count = 0;
-  std::set<std::uint32_t> seen;
-  const auto walk = [&](std::uint32_t from) {
+  while (!links.empty()) {
     ++count;
-    for (auto at = next.find(from); at != next.end() && seen.insert(at->first).second;) {
-      at = next.find(at->second);
+    Link fan = links.back();
+    links.pop_back();
+    for (bool grown = true; grown;) {
+      grown = false;
+      for (auto& link : links) {
+        if (link[0] != fan[1] && link[1] != fan[0]) continue;
+        fan = link[0] == fan[1] ? Link{fan[0], link[1]} : Link{link[0], fan[1]};
+        link = links.back();
+        links.pop_back();
+        grown = true;
+        break;
+      }
     }
-  };
-  for (const auto& [from, to] : next) {
-    if (!has_previous.contains(from)) walk(from);
-  }
-  for (const auto& [from, to] : next) {
-    if (!seen.contains(from)) walk(from);
   }
   return count;
 }
+
+using Position = std::array<std::int64_t, 3>;
+struct PositionHash {
+  std::size_t operator()(const Position& p) const {
+    return static_cast<std::size_t>(random_bits(static_cast<std::uint64_t>(p[0]), p[1], p[2]));
+  }
+};
 
 }  // namespace
 
@@ -81,7 +116,7 @@ Net net_of(const Surface& surface, const Index& low, int units) {
 
 Net weld(const std::vector<Net>& tiles) {
   Net welded;
-  std::map<std::array<std::int64_t, 3>, std::uint32_t> index;
+  std::unordered_map<Position, std::uint32_t, PositionHash> index;
   for (std::size_t t = 0; t < tiles.size(); ++t) {
     std::vector<std::uint32_t> to;
     for (std::size_t i = 0; i < tiles[t].points.size(); ++i) {
@@ -106,33 +141,29 @@ Net weld(const std::vector<Net>& tiles) {
 
 Faults faults_of(const Net& net, const Where& may_end, const Where& may_pinch) {
   Faults faults;
-  std::set<std::array<std::uint32_t, 3>> seen;
-  std::vector<std::vector<std::array<std::uint32_t, 2>>> links(net.points.size());
-  for (const auto& t : net.triangles) {
+  auto sorted = net.triangles;
+  std::vector<std::vector<Link>> links(net.points.size());
+  for (std::size_t i = 0; i < net.triangles.size(); ++i) {
+    const auto& t = net.triangles[i];
     const bool repeats = t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
     if (repeats || has_no_area(net, t)) ++faults.degenerate;
-    auto sorted = t;
-    std::sort(sorted.begin(), sorted.end());
-    if (!seen.insert(sorted).second) ++faults.doubled;
     for (std::size_t k = 0; k < 3; ++k) links[t[k]].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
+    std::sort(sorted[i].begin(), sorted[i].end());
   }
-  for (const auto& [edge, use] : edges_of(net, faults)) {
-    if (use.forward > 1 || use.backward > 1) ++faults.crowded_edges;
-    if (use.forward + use.backward == 1 && !(may_end(edge.first) && may_end(edge.second))) {
-      ++faults.open_edges;
-    }
-  }
+  std::sort(sorted.begin(), sorted.end());
+  faults.doubled = sorted.end() - std::unique(sorted.begin(), sorted.end());
+  check_edges(net, may_end, faults);
   for (std::uint32_t p = 0; p < net.points.size(); ++p) {
-    const int count = fans(links[p]);
+    const int count = fans(std::move(links[p]));
     if (count != 1 && !(count > 1 && may_pinch(p))) ++faults.broken_fans;
   }
   return faults;
 }
 
 long euler_characteristic(const Net& net) {
-  Faults unused;
-  return static_cast<long>(net.points.size()) - static_cast<long>(edges_of(net, unused).size()) +
-         static_cast<long>(net.triangles.size());
+  long edges = 0;
+  for_each_edge(sides_of(net), [&](auto, auto) { ++edges; });
+  return static_cast<long>(net.points.size()) - edges + static_cast<long>(net.triangles.size());
 }
 
 std::ostream& operator<<(std::ostream& out, const Faults& f) {
