@@ -1,0 +1,127 @@
+#include "tiling/tileset/manifest.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/base/file.hpp"
+#include "engine/base/json.hpp"
+#include "tiling/store/store.hpp"
+
+namespace hoodoo::tileset {
+
+using nlohmann::json;
+
+namespace {
+
+json header(const Bake& bake) {
+  json materials = json::array();
+  for (const auto& material : bake.materials) {
+    materials.push_back({{"name", material.name},
+                         {"color", material.color},
+                         {"resistance", {material.low, material.high}},
+                         {"friction", material.friction}});
+  }
+  return {{"hoodoo", 1},
+          {"engine", bake.engine},
+          {"name", bake.scene_name},
+          {"scene", bake.scene.hex()},
+          {"complete", bake.records.size() == bake.planned.size()},
+          {"planned", bake.planned.size()},
+          {"frame",
+           {{"crs", bake.frame.crs},
+            {"unit", bake.frame.unit},
+            {"origin", {bake.frame.origin_x, bake.frame.origin_y}}}},
+          {"lattice",
+           {{"spacing", bake.lattice.spacing0},
+            {"step", bake.lattice.step0},
+            {"tile_cells", bake.lattice.tile_cells}}},
+          {"levels", bake.levels},
+          {"materials", materials}};
+}
+
+/// Keys of the tiles with a surface beside `key`, in one fixed order.
+json neighbours(const plan::Key& key, const std::set<plan::Key>& present) {
+  json found = json::array();
+  for (std::int64_t dy = -1; dy <= 1; ++dy) {
+    for (std::int64_t dx = -1; dx <= 1; ++dx) {
+      const plan::Key other{key.level, key.x + dx, key.y + dy};
+      if (other != key && present.contains(other)) found.push_back(other.text());
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+std::string manifest_text(const Bake& bake, const std::map<plan::Key, double>& errors) {
+  auto records = bake.records;
+  std::ranges::sort(records, {}, &Record::key);
+  std::set<plan::Key> present;
+  for (const auto& record : records) {
+    if (!record.empty) present.insert(record.key);
+  }
+  std::string text = header(bake).dump(1);
+  text.resize(text.size() - 2);  // the closing brace and its line
+  text += ",\n \"tiles\": [";
+  const char* before = "\n  ";
+  for (const auto& record : records) {
+    json line = to_json(record);
+    if (!record.empty) {
+      const auto error = errors.find(record.key);
+      line["geometricError"] = error == errors.end() ? 0.0 : error->second;
+      line["uri"] = store::tile_path(record.content).generic_string();
+      line["neighbours"] = neighbours(record.key, present);
+    }
+    text += before + line.dump();
+    before = ",\n  ";
+  }
+  return text + "\n ]\n}\n";
+}
+
+Manifest read_manifest(const std::filesystem::path& folder) {
+  const auto file = folder / "bake.json";
+  const std::string where = file.string();
+  const JsonLimits limits{.bytes = std::size_t{8} << 30, .depth = 16, .values = 400'000'000};
+  const json document = parse_json(read_file(file, limits.bytes), where, limits);
+  const auto refuse = [&](const char* why) { return Error(Fault::bad_input, where, why); };
+  if (!document.is_object() || !document.contains("hoodoo") || document.at("hoodoo") != 1) {
+    throw refuse("is not the index of a bake");
+  }
+  Manifest manifest;
+  if (!document.contains("complete") || !document.at("complete").is_boolean()) {
+    throw refuse("must say whether it is complete");
+  }
+  manifest.complete = document.at("complete").get<bool>();
+  const auto levels = count_of(document, "levels", where);
+  if (levels < 1 || levels > 62) throw refuse("must have 1 to 62 levels");
+  manifest.levels = static_cast<int>(levels);
+  const json lattice = document.value("lattice", json());
+  manifest.lattice.spacing0 = number_of(lattice, "spacing", where);
+  manifest.lattice.step0 = number_of(lattice, "step", where);
+  const auto cells = count_of(lattice, "tile_cells", where);
+  const double units = manifest.lattice.spacing0 / manifest.lattice.step0;
+  if (!(manifest.lattice.step0 > 0 && units >= 1 && units <= 65536) || cells < 1 || cells > 65536) {
+    throw refuse("has a lattice that cannot be");
+  }
+  manifest.lattice.tile_cells = static_cast<int>(cells);
+  if (!document.contains("tiles") || !document.at("tiles").is_array()) {
+    throw refuse("must have a list of tiles");
+  }
+  for (const auto& tile : document.at("tiles")) {
+    auto record = record_from_json(tile, where);
+    if (record.key.level < 0 || record.key.level >= manifest.levels) {
+      throw refuse("has a tile of a level that it does not have");
+    }
+    if (!record.empty) manifest.errors[record.key] = number_of(tile, "geometricError", where);
+    manifest.records.push_back(std::move(record));
+  }
+  std::ranges::sort(manifest.records, {}, &Record::key);
+  const auto same = [](const Record& a, const Record& b) { return a.key == b.key; };
+  if (std::ranges::adjacent_find(manifest.records, same) != manifest.records.end()) {
+    throw refuse("lists a tile twice");
+  }
+  return manifest;
+}
+
+}  // namespace hoodoo::tileset

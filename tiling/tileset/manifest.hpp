@@ -1,0 +1,33 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "tiling/tileset/tileset.hpp"
+
+namespace hoodoo::tileset {
+
+/// bake.json as it is read back.
+struct Manifest {
+  bool complete = false;
+  plan::Lattice lattice;
+  int levels = 1;
+  std::vector<Record> records;         // by key
+  std::map<plan::Key, double> errors;  // of tiles that are not empty
+};
+
+/// Errors: not_found, io, limit, bad_input naming the file.
+Manifest read_manifest(const std::filesystem::path& folder);
+
+/// bake.json: a header, then one line per tile, so that two of them compare well.
+std::string manifest_text(const Bake& bake, const std::map<plan::Key, double>& errors);
+
+/// Members of an object, checked. Errors: bad_input naming `where` and the key.
+std::string text_of(const nlohmann::json& json, const char* key, const std::string& where);
+std::uint64_t count_of(const nlohmann::json& json, const char* key, const std::string& where);
+double number_of(const nlohmann::json& json, const char* key, const std::string& where);
+Digest digest_of(const nlohmann::json& json, const char* key, const std::string& where);
+
+}  // namespace hoodoo::tileset
