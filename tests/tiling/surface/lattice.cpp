@@ -13,6 +13,15 @@ Vec3f to_float(const Vec3& v) {
 }
 double lerp(double a, double b, double t) { return a + (b - a) * t; }
 
+template <class Visit>
+void for_each_point(const Index& low, const Index& high, Visit visit) {
+  for (std::int64_t k = low[2]; k < high[2]; ++k) {
+    for (std::int64_t j = low[1]; j < high[1]; ++j) {
+      for (std::int64_t i = low[0]; i < high[0]; ++i) visit(Index{i, j, k});
+    }
+  }
+}
+
 }  // namespace
 
 Vec3 gradient(const Function& f, const Vec3& p) {
@@ -95,20 +104,28 @@ Lattice random_lattice(std::uint64_t seed, double roughness, int pattern, double
   return lattice;
 }
 
-volume::Volume fill(const Lattice& lattice, const Index& low, const Index& high) {
+volume::Volume fill(const Lattice& lattice, const Index& low, const Index& high, Store store) {
   volume::Volume volume(low, high);
   for (std::int64_t j = low[1] - 1; j <= high[1]; ++j) {
     for (std::int64_t i = low[0] - 1; i <= high[0]; ++i) {
       volume.set_in_world(i, j, lattice.in_world(i, j));
     }
   }
-  for (std::int64_t k = low[2]; k <= high[2]; ++k) {
-    for (std::int64_t j = low[1]; j <= high[1]; ++j) {
-      for (std::int64_t i = low[0]; i <= high[0]; ++i) {
-        if (lattice.solid({i, j, k})) volume.set_solid({i, j, k}, true);
-      }
+  for_each_point(volume.block_low(), volume.block_high(), [&](const Index& b) {
+    Index from, to;
+    for (std::size_t a = 0; a < 3; ++a) {
+      from[a] = std::max(16 * b[a], low[a]);
+      to[a] = std::min(16 * b[a] + 16, high[a] + 1);
     }
-  }
+    const bool first = lattice.solid(from);
+    bool mixed = false;
+    for_each_point(from, to, [&](const Index& p) { mixed = mixed || lattice.solid(p) != first; });
+    if (!mixed && store == Store::mixed_blocks) {
+      volume.set_uniform(b, first);
+    } else {
+      for_each_point(from, to, [&](const Index& p) { volume.set_solid(p, lattice.solid(p)); });
+    }
+  });
   volume.mark();
   volume.for_each_crossing(
       [&](int axis, const Index& p) { volume.crossing(axis, p) = lattice.crossing(axis, p); });

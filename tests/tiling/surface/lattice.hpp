@@ -34,7 +34,9 @@ double distance_to_surface(const Function& f, const Vec3& p);
 /// the points differ from the pattern: 0 all air, 1 a checkerboard, 2 a checkerboard in plan.
 Lattice random_lattice(std::uint64_t seed, double roughness, int pattern, double holes);
 
-volume::Volume fill(const Lattice& lattice, const Index& low, const Index& high);
+enum class Store { mixed_blocks, every_block };
+volume::Volume fill(const Lattice& lattice, const Index& low, const Index& high,
+                    Store store = Store::mixed_blocks);
 
 /// Value noise in [-1, 1] of wavelength 1, from quintic blending of random values at integers.
 double value_noise(const Vec3& p, std::uint64_t seed);

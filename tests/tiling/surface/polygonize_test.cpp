@@ -49,6 +49,20 @@ TEST(Polygonize, IsTheSameForTheSameVolume) {
   EXPECT_EQ(a.materials, b.materials);
 }
 
+TEST(Polygonize, DoesNotDependOnWhichBlocksAreStored) {
+  // The second is air in one octant of blocks: no block is mixed, and the cell at the octant's
+  // corner lies in a block without a crossed edge of its own.
+  const auto octant = [](const Vec3& p) { return 15.5 - std::min({p.x, p.y, p.z}); };
+  for (const auto& f : {Function(sphere), Function(octant)}) {
+    const auto lattice = lattice_of(f);
+    const auto sparse = polygonize(fill(lattice, {0, 0, 0}, {40, 40, 40}), 256);
+    const auto dense = polygonize(fill(lattice, {0, 0, 0}, {40, 40, 40}, Store::every_block), 256);
+    EXPECT_GT(sparse.triangles.size(), 1000U);
+    EXPECT_EQ(sparse.points, dense.points);
+    EXPECT_EQ(sparse.triangles, dense.triangles);
+  }
+}
+
 TEST(Polygonize, KeepsEulersNumberOfABallAndARing) {
   EXPECT_EQ(euler_characteristic(mesh(sphere, {0, 0, 0}, {40, 40, 40})), 2);
   const auto ring = [](const Vec3& p) { return torus(p, {20.3, 20.1, 15.7}, 2, 10, 4); };
