@@ -42,10 +42,10 @@ T apply(Operation operation, const T& f, const T& tree) {
   return clamped(result, 0, 1);
 }
 
-/// before (1 - w) + after w: exactly `before` at 0 and `after` at 1.
+/// before + w (after - before): exactly `before` where w is 0 or nothing changed, `after` at 1.
 template <class T>
 T mixed(const T& before, const T& after, const T& w) {
-  return after * w + before * (constant<T>(1) - w);
+  return value_of(w) == 1 ? after : before + w * (after - before);
 }
 
 struct CompiledStep {

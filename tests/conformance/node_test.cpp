@@ -12,21 +12,26 @@
 namespace hoodoo::tree::conformance {
 namespace {
 
-constexpr int trees_per_node = 40;
+constexpr int trees_per_node = 100;
 constexpr std::size_t points_per_tree = 200;
 
 struct Evaluated {
   std::vector<float> f, x, y, z;
 };
 
+/// -0 is taken as 0, as tree::Field gives them.
 std::vector<float> values(const Compiled& tree, const Points& at) {
   std::vector<float> out(at.size(), 0.0F);
-  if (tree.kernel) tree.kernel->values(at, out);
+  for (std::size_t i = 0; i < at.size(); i += batch_size) {
+    const std::size_t n = std::min(batch_size, at.size() - i);
+    const Points batch{at.x.subspan(i, n), at.y.subspan(i, n), at.z.subspan(i, n)};
+    if (tree.kernel) tree.kernel->values(batch, {out.data() + i, n});
+  }
   for (float& v : out) v += 0.0F;
   return out;
 }
 
-/// With -0 taken as 0, as tree::Field gives them.
+/// Of at most batch_size points.
 Evaluated gradients(const Compiled& tree, const Points& at) {
   const std::size_t n = at.size();
   Evaluated e{std::vector<float>(n), std::vector<float>(n), std::vector<float>(n),
@@ -120,6 +125,7 @@ TEST_P(EveryNode, HasTheGradientOfItsValues) {
         const double best = (4 * narrow[i] - wide[i]) / 3;  // Richardson
         const double steep = length({static_cast<double>(e.x[i]), static_cast<double>(e.y[i]),
                                      static_cast<double>(e.z[i])});
+        if (steep == 0 && best == 0) continue;
         // What single precision leaves of a difference.
         const double noise = 5e-5 * (1 + std::abs(static_cast<double>(e.f[i]))) + 2e-4 * steep;
         const bool agrees = std::abs(static_cast<double>(slope[i]) - best) <= 1e-3 * steep + noise;
@@ -135,6 +141,7 @@ TEST_P(EveryNode, HasTheGradientOfItsValues) {
       }
     }
   });
+  EXPECT_GT(smooth, 1000u);
   EXPECT_GT(smooth, 8 * kinks);
   EXPECT_LE(unlike, smooth / 500) << last.str();
 }
@@ -213,7 +220,5 @@ std::string name_of(const testing::TestParamInfo<NodeKind>& info) {
 INSTANTIATE_TEST_SUITE_P(Nodes, EveryNode, testing::ValuesIn(node_kinds()), name_of);
 
 }  // namespace
-
-void PrintTo(const NodeKind& kind, std::ostream* out) { *out << kind.type; }
 
 }  // namespace hoodoo::tree::conformance

@@ -1,8 +1,11 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <ostream>
 #include <random>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <variant>
@@ -28,7 +31,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-inline constexpr double scene_size = 20;  // [m] half the side of what the trees fill
+inline constexpr double scene_size = 10;  // [m] half the side of what the trees fill
 
 /// A sensible value of a number in `range`: sizes of 1 to 12 m, factors of at most 2, noise that a
 /// difference over some centimetres resolves.
@@ -122,6 +125,7 @@ struct NodeKind {
   bool leaf;
   Maker make;
 };
+inline void PrintTo(const NodeKind& kind, std::ostream* out) { *out << kind.type; }
 
 template <class... N>
 std::vector<NodeKind> kinds_of(const std::variant<N...>*) {
