@@ -26,7 +26,8 @@ struct Content {
 /// Positions are exact multiples of the step after decoding: `draco` uses explicit quantisation
 /// with range (2^bits - 1) * step, `plain` writes float32. Material ids are the feature ids of
 /// EXT_mesh_features, their names, colours, resistance and friction a property table of
-/// EXT_structural_metadata. Same content, same bytes.
+/// EXT_structural_metadata. The asset's extras tell the step: {"hoodoo": {"step": 0.0039}}. Same
+/// content, same bytes.
 /// Errors: limit, when the tile is larger than 23 bits of steps, or a point needs more than 24.
 std::vector<std::byte> write(const Content& content, std::string_view profile);
 
@@ -42,8 +43,9 @@ struct Decoded {
   std::array<std::int64_t, 3> origin{};
   double step = 1;
 };
-/// Reads back what `write` wrote; `step` [m] as it was then. Errors: bad_input naming `where`, when
-/// the bytes are no such file, or a position is not a multiple of the step.
+/// Reads back what `write` wrote; `step` [m] as it was then, or 0 for what the file says. Errors:
+/// bad_input naming `where`, when the bytes are no such file, or a position is not a multiple of
+/// the step.
 Decoded read(const std::vector<std::byte>& bytes, double step, const std::string& where);
 
 }  // namespace hoodoo::glb

@@ -165,6 +165,10 @@ Decoded::Part to_part(const File& file, Primitive primitive, double step) {
 
 Decoded decode(const File& file, double step) {
   Decoded decoded;
+  if (step == 0) {
+    step = file.root().at("asset").at("extras").at("hoodoo").at("step").get<double>();
+    if (!(step > 0 && std::isfinite(step))) throw file.refuse("has a step that cannot be");
+  }
   decoded.step = step;
   const json& node = file.root().at("nodes").at(0);
   if (node.contains("translation")) {

@@ -57,6 +57,7 @@ class Builder {
   Builder(double step, bool wide_ids) : step_(step), wide_ids_(wide_ids) {
     model_.asset.version = "2.0";
     model_.asset.generator = "hoodoo " + std::string(slice::engine_version());
+    model_.asset.extras = to_value({{"hoodoo", {{"step", step}}}});
     model_.buffers.emplace_back();
     tinygltf::Material material;
     material.name = "terrain";

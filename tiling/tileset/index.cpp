@@ -42,7 +42,7 @@ class Writer {
       if (!roots.empty()) root["children"] = roots;
     }
     root["refine"] = "REPLACE";
-    return document(std::move(root), diagonal(box));
+    return document(std::move(root), box);
   }
   const std::vector<fs::path>& files() const { return files_; }
 
@@ -97,7 +97,7 @@ class Writer {
   json external_tile(const plan::Key& key, const std::string& to_top) {
     json root = inline_tile(key, levels_per_file, "../");
     root["refine"] = "REPLACE";
-    const json file = document(std::move(root), diagonal(tree_.nodes.at(key).box));
+    const json file = document(std::move(root), tree_.nodes.at(key).box);
     const std::string text = file.dump();
     // Named by content, so that an index of an earlier run stays whole until the last rename.
     const auto name =
@@ -111,8 +111,9 @@ class Writer {
     return tile;
   }
 
-  static json document(json root, double error) {
+  static json document(json root, const Box& box) {
     const std::string version = sha256(root.dump()).hex().substr(0, 16);
+    const double error = std::max(diagonal(box), root.at("geometricError").get<double>());
     return {{"asset", {{"version", "1.1"}, {"tilesetVersion", version}}},
             {"geometricError", error},
             {"root", std::move(root)}};

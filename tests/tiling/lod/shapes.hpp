@@ -45,7 +45,9 @@ struct Hills {
   int octaves = 4;
   double height = 20;  // of the largest hills [cells]
   double boundary = -1;
-  std::int64_t x0 = 0, y0 = 0;
+  std::int64_t x0 = 0, y0 = 0;  // [cells of the level]
+  int level = 0;
+  std::uint8_t world = 0;  // the Plane bits of borders that are the world's edge
 };
 inline surface::Surface height_field(const Hills& hills_of) {
   const int n = hills_of.side + 2;  // border, cells, border
@@ -70,6 +72,7 @@ inline surface::Surface height_field(const Hills& hills_of) {
       s.planes.push_back(static_cast<std::uint8_t>(
           (i == 0 ? surface::west : 0) | (i == n - 1 ? surface::east : 0) |
           (j == 0 ? surface::south : 0) | (j == n - 1 ? surface::north : 0)));
+      if ((s.planes.back() & hills_of.world) != 0) s.planes.back() |= surface::world_edge;
     }
   }
   const auto add = [&](int a, int b, int c) {

@@ -1,0 +1,105 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "tests/tiling/lod/meshes.hpp"
+#include "tiling/glb/glb.hpp"
+#include "tiling/lod/lod.hpp"
+#include "tiling/store/store.hpp"
+#include "tiling/tileset/tileset.hpp"
+
+namespace hoodoo::shapes {
+
+/// A folder that is gone with its owner.
+struct Folder {
+  std::filesystem::path path;
+
+  explicit Folder(const std::string& name)
+      : path(std::filesystem::temp_directory_path() /
+             ("hoodoo-" + name + "-" + std::to_string(::getpid()))) {
+    std::filesystem::remove_all(path);
+    std::filesystem::create_directories(path);
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+};
+
+/// Hills over 2^(levels-1) x 2^(levels-1) tiles of 16 cells, every level as a finished bake has
+/// it, its tiles in `folder`, without an index. `change` may alter a tile before it is written.
+struct World {
+  int levels = 2;
+  double simplify = 0;  // [steps]
+  std::function<void(const plan::Key&, glb::Content&)> change = [](const auto&, auto&) {};
+
+  static constexpr int cells = 16;
+
+  tileset::Bake make(const std::filesystem::path& folder) const {
+    tileset::Bake bake;
+    bake.engine = "test";
+    bake.scene_name = "hills";
+    bake.lattice = {.spacing0 = 1, .step0 = 1.0 / 256, .tile_cells = cells};
+    bake.levels = levels;
+    bake.materials = {{"shale", {141, 131, 119}, 0, 0.4, 0.6},
+                      {"chalk", {240, 240, 230}, 0.4, 1, 0.8}};
+    for (int level = 0; level < levels; ++level) {
+      const std::int64_t side = std::int64_t{1} << (levels - 1 - level);
+      for (std::int64_t x = 0; x < side; ++x) {
+        for (std::int64_t y = 0; y < side; ++y) {
+          const auto world = static_cast<std::uint8_t>(
+              (x == 0 ? surface::west : 0) | (x == side - 1 ? surface::east : 0) |
+              (y == 0 ? surface::south : 0) | (y == side - 1 ? surface::north : 0));
+          bake.planned.push_back({level, x, y});
+          bake.records.push_back(make_tile(bake, bake.planned.back(), world, folder));
+        }
+      }
+    }
+    return bake;
+  }
+
+ private:
+  tileset::Record make_tile(const tileset::Bake& bake, const plan::Key& key, std::uint8_t world,
+                            const std::filesystem::path& folder) const {
+    auto surface = height_field({.side = cells,
+                                 .boundary = 20.0 / (1 << key.level),
+                                 .x0 = key.x * cells,
+                                 .y0 = key.y * cells,
+                                 .level = key.level,
+                                 .world = world});
+    tileset::Record record;
+    record.key = key;
+    record.slice = sha256(key.text());
+    const auto simplified = lod::simplify(surface, simplify);
+    record.simplification = simplified.error * bake.lattice.step(key.level);
+    record.world_edges = lod::world_edges(simplified.surface);
+
+    glb::Content content;
+    content.origin = {key.x * cells * units, key.y * cells * units, 0};
+    content.step = bake.lattice.step(key.level);
+    content.materials = bake.materials;
+    content.surface = mesh_of(simplified.surface, content.origin);
+    content.skirt = skirt_of(content.surface);
+    change(key, content);
+    for (const auto* mesh : {&content.surface, &content.skirt}) {
+      for (const auto& p : mesh->points) {
+        const auto at = [&](std::size_t a) {
+          return static_cast<double>(content.origin[a] + p[a]) * content.step;
+        };
+        record.box.add(Vec3{at(0), at(1), at(2)});
+      }
+    }
+    for (const auto& t : content.surface.triangles) {
+      ++record.materials[bake.materials[content.surface.materials[t[0]]].name];
+    }
+    record.vertices = content.surface.points.size() + content.skirt.points.size();
+    record.triangles = content.surface.triangles.size();
+    record.skirt_triangles = content.skirt.triangles.size();
+    const auto bytes = glb::write(content, "draco");
+    record.bytes = bytes.size();
+    record.content = store::put_tile(folder, bytes);
+    return record;
+  }
+};
+
+}  // namespace hoodoo::shapes
