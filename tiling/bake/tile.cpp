@@ -58,6 +58,7 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
   if (!record.empty) {
     const auto [surface, error] = lod::simplify(whole, slice.simplify / slice.step());
     record.simplification = error * slice.step();
+    record.world_edges = lod::world_edges(surface);
 
     glb::Content content;
     content.step = slice.step();
