@@ -26,10 +26,12 @@ struct Mesh {
 Mesh shade(const Surface& surface, slice::Land& land, const slice::StepPoint& origin);
 
 /// Skirts in the tile's border planes, facing out of the tile: from the border curve into the
-/// solid along the inward normal of that curve in its plane, `depth` [m] deep, but never more than
-/// half the local thickness of the solid (found by marching the field), so that they do not pierce
-/// a thin roof. None along the world's edge and around holes. Points may lie off the tile's cells
-/// in z but never off its border planes.
+/// solid along the inward normal of that curve in its plane (straight up or down at the tile's
+/// corners and where the world ends), `depth` [m] deep, but never more than half the local
+/// thickness of the solid (found by marching the field), so that they do not pierce a thin roof.
+/// None along the world's edge and around holes. `mesh` is the shaded `surface`, triangle by
+/// triangle. Points stand on whole steps, on a border plane and within the tile in plan; their z
+/// may lie beyond the tile's cells.
 Mesh skirts(const Surface& surface, const Mesh& mesh, slice::Land& land,
             const slice::StepPoint& origin, double depth);
 

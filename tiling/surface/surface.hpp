@@ -34,8 +34,10 @@ struct Surface {
 ///
 /// `units` is the number of steps per cell, at least 256. Every vertex stays one step inside its
 /// cell, face or edge; no triangle is degenerate or doubled; each edge has two faces except on
-/// those borders. Boxes that share a face agree on its curve to the step. Vertices come in a fixed
-/// order of the volume alone.
+/// those borders. Boxes that share a face agree on its curve to the step, so that in all of them
+/// together an edge has one face only where both its ends carry `world_edge`. Where two columns
+/// touch in an edge of the lattice between two that are not meshed, each has a vertex of its own
+/// there, at the same place. Vertices come in a fixed order of the volume alone.
 ///
 /// Errors: none. A volume without a crossing gives an empty surface.
 /// Source: Schaefer, Ju, Warren 2007, Manifold Dual Contouring (sheets); Ju et al. 2002, Dual
