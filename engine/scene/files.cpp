@@ -62,11 +62,14 @@ std::optional<fs::path> find_file(const std::string& name, const std::string& wh
   }
   std::vector<fs::path> folders = {sources.base};
   folders.insert(folders.end(), sources.roots.begin(), sources.roots.end());
-  bool inside = sources.roots.empty();
+  bool outside = false;
   for (const auto& folder : folders) {
     const auto real = resolved(folder / name);
-    if (!real || !allowed(*real, sources)) continue;
-    inside = true;
+    if (!real && sources.roots.empty()) continue;
+    if (!real || !allowed(*real, sources)) {
+      outside = true;
+      continue;
+    }
     std::error_code error;
     const auto status = fs::status(*real, error);
     if (!fs::exists(status)) continue;
@@ -74,11 +77,11 @@ std::optional<fs::path> find_file(const std::string& name, const std::string& wh
     findings.problems.push_back({where, fmt::format("\"{}\" is not a regular file", name)});
     return std::nullopt;
   }
-  if (inside) {
-    findings.missing.push_back({where, fmt::format("no file \"{}\"", name)});
-  } else {
+  if (outside) {
     findings.problems.push_back(
         {where, fmt::format("\"{}\" lies outside the folders that scenes may read", name)});
+  } else {
+    findings.missing.push_back({where, fmt::format("no file \"{}\"", name)});
   }
   return std::nullopt;
 }

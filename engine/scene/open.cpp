@@ -33,9 +33,7 @@ void ingest(const Document& document, const OpenSettings& settings, Scene& scene
                                                     terrain.settings.nodata, settings.cache,
                                                     spend));
     } catch (const Error& error) {
-      // Disk and cancellation are not the scene's.
-      if (error.fault == Fault::io) throw;
-      refile(error, terrain.settings.dem, where, findings);
+      refile(error, terrain, where, findings);
     }
     findings.report();
     if (scene.pyramids.back()->extent().empty()) {

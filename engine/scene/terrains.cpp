@@ -22,9 +22,8 @@ constexpr double most_cells = 68719476736.0;  // 2^36: 262 x 262 km at 1 m
 bool open_raster(Terrain& terrain, const std::string& where, const Sources& sources,
                  std::optional<double> spacing, std::optional<dem::Placement>& place,
                  Findings& findings) {
-  const auto& name = terrain.settings.dem;
   const auto at = where + "/dem";
-  const auto file = find_file(name, at, sources, findings);
+  const auto file = find_file(terrain.settings.dem, at, sources, findings);
   if (!file) return false;
   terrain.file = *file;
   try {
@@ -33,7 +32,7 @@ bool open_raster(Terrain& terrain, const std::string& where, const Sources& sour
     terrain.pixel = dem::place(*raster, std::nullopt).spacing;
     if (!place) place = dem::place(*raster, spacing);
   } catch (const Error& error) {
-    refile(error, name, at, findings);
+    refile(error, terrain, at, findings);
     return false;
   }
   return true;
@@ -57,15 +56,25 @@ void check_cells(const Document& document, Findings& findings) {
 
 }  // namespace
 
-void refile(const Error& error, const std::string& name, const std::string& where,
+void refile(const Error& error, const Terrain& terrain, const std::string& where,
             Findings& findings) {
+  const auto file = terrain.file.string();
+  const bool other = std::none_of(
+      error.problems.begin(), error.problems.end(),
+      [&](const auto& problem) { return problem.where == file || problem.where.empty(); });
+  if (error.fault == Fault::cancelled || error.fault == Fault::internal || other) throw error;
+  Problems named;
+  for (auto problem : error.problems) {
+    for (auto at = problem.what.find(file); at != problem.what.npos; at = problem.what.find(file)) {
+      problem.what.replace(at, file.size(), "it");
+    }
+    named.push_back({where, fmt::format("\"{}\": {}", terrain.settings.dem, problem.what)});
+  }
+  if (error.fault == Fault::io) throw Error(Fault::io, std::move(named));
   auto& list = error.fault == Fault::not_found ? findings.missing
                : error.fault == Fault::limit   ? findings.limits
                                                : findings.problems;
-  if (error.fault == Fault::cancelled || error.fault == Fault::internal) throw error;
-  for (const auto& problem : error.problems) {
-    list.push_back({where, fmt::format("\"{}\": {}", name, problem.what)});
-  }
+  list.insert(list.end(), named.begin(), named.end());
 }
 
 void check_size(double width, double depth, double spacing, const std::string& where,

@@ -10,8 +10,9 @@ namespace hoodoo::scene {
 void read_terrains(const nlohmann::json& scene, const Sources& sources, Document& into,
                    Findings& findings);
 
-/// Puts an error of a file that the scene calls `name` at `where`, without the file's own path.
-void refile(const Error& error, const std::string& name, const std::string& where,
+/// Puts an error of a terrain's file, whose "dem" stands at `where`, among `findings`, under the
+/// name that the scene gives the file. Errors that are not the file's are thrown again.
+void refile(const Error& error, const Terrain& terrain, const std::string& where,
             Findings& findings);
 
 }  // namespace hoodoo::scene

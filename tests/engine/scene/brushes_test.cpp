@@ -16,7 +16,7 @@ float value(const tree::Node& tree, const Vec3& p) {
   tree::Ground ground;
   ground.steps.push_back({"", "", tree::Operation::unite, tree, nullptr, -1});
   ground.materials.push_back({"rock", {}, 0, 1, 0.5});
-  const auto field = tree::compile(ground, {}, p, Box{{}, {}}.grown(1));
+  const auto field = tree::compile(ground, {}, p, Box{p, p}.grown(1));
   const float zero[] = {0};
   float out[1];
   field->values({zero, zero, zero}, out);

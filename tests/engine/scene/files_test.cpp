@@ -25,6 +25,7 @@ class FindFile : public testing::Test {
     const auto file = find_file(name, "/dem", sources, findings);
     for (const auto& problem : findings.all()) {
       EXPECT_EQ(problem.where, "/dem");
+      if (name[0] == '/') continue;
       EXPECT_EQ(problem.what.find(folder_.path().string()), std::string::npos) << problem.what;
     }
     EXPECT_NE(file.has_value(), findings.any());

@@ -72,7 +72,7 @@ class Mutations : public SceneTest {};
 TEST_F(Mutations, OfTheExampleEitherOpenOrNameTheirProblems) {
   const auto example = read(HOODOO_SCHEMA_DIR "/examples/first-light/scene.json");
   int good = 0, bad = 0;
-  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     SCOPED_TRACE(seed);
     auto scene = example;
     const auto changes = 1 + random_bits(seed, 0) % 3;
@@ -80,7 +80,7 @@ TEST_F(Mutations, OfTheExampleEitherOpenOrNameTheirProblems) {
     const auto found = problems(scene);
     for (const auto& problem : found) {
       EXPECT_FALSE(problem.what.empty());
-      if (!problem.where.empty()) EXPECT_EQ(problem.where[0], '/');
+      EXPECT_TRUE(problem.where.empty() || problem.where[0] == '/') << problem.where;
     }
     if (!found.empty()) {
       ++bad;
@@ -100,7 +100,7 @@ TEST_F(Mutations, OfTheExampleEitherOpenOrNameTheirProblems) {
 
 TEST_F(Mutations, OfTheTextEitherParseOrNameTheirProblems) {
   const auto text = read(HOODOO_SCHEMA_DIR "/examples/first-light/scene.json").dump();
-  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     SCOPED_TRACE(seed);
     auto broken = text;
     for (std::uint64_t k = 0; k < 1 + seed % 4; ++k) {

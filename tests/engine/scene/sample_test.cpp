@@ -55,7 +55,7 @@ TEST(SampleDem, HasSeaCliffPlateauAndValleyWhereTheExampleExpectsThem) {
 
 TEST(SampleDem, LeavesNothingBehindWhenItCannotBeWritten) {
   const Folder folder;
-  EXPECT_THROW(write_sample_dem(folder / "none/../../dev/null/dem.tif", {16, 1, 1}), Error);
+  EXPECT_THROW(write_sample_dem("/dev/null/dem.tif", {16, 1, 1}), Error);
   EXPECT_THROW(write_sample_dem(folder / "dem.tif", {0, 1, 1}), Error);
   EXPECT_THROW(write_sample_dem(folder / "dem.tif", {16, -1, 1}), Error);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
