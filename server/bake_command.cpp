@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -63,7 +64,7 @@ void report(const bake::Report& report, const std::string& folder, bool as_json)
              report.complete ? "" : "; not complete yet");
 }
 
-int bake(const BakeOptions& options, bool as_json) {
+int run_bake(const BakeOptions& options, bool as_json) {
   const Signals signals;
   ProgressLine line(style_of(options.progress));
   bake::Settings settings;
@@ -100,7 +101,7 @@ void add_bake(CLI::App& app, int* exit) {
   command->add_option("--progress", options->progress, "auto, bar, lines or off")
       ->check(CLI::IsMember({"auto", "bar", "lines", "off"}))
       ->capture_default_str();
-  command->callback([=, &app] { *exit = bake(*options, json_wanted(app)); });
+  command->callback([=, &app] { *exit = run_bake(*options, json_wanted(app)); });
 }
 
 void add_serve(CLI::App& app, int* exit) {
