@@ -138,11 +138,13 @@ class BlockField final : public Field {
     }
   }
 
-  /// Bodies that are 0 throughout the block, or below another, are left out.
+  /// Bodies without elevations, those that are 0 throughout the block, or below another, are left
+  /// out.
   void add_bodies(std::span<const dem::Window> windows, const Block& block) {
     assert(windows.size() >= ground_->bodies.size());
     double least = 0;
     for (std::size_t i = 0; i < ground_->bodies.size(); ++i) {
+      if (windows[i].empty()) continue;
       bodies_.emplace_back(ground_->bodies[i], windows[i], block);
       least = std::max(least, bodies_.back().bounds().low);
       bounds_ = max(bounds_, bodies_.back().bounds());

@@ -40,7 +40,8 @@ class Field {
 };
 
 /// Compiles `ground` for the block whose points lie in `box`, coordinates relative to `origin`.
-/// `windows[i]` holds the elevations of ground.bodies[i] around the box; they outlive the field.
+/// `windows[i]` holds the elevations of ground.bodies[i] around the box; where it is empty the body
+/// is absent. Ground and windows outlive the field. Points of the trees are fixed.
 std::unique_ptr<const Field> compile(const Ground& ground, std::span<const dem::Window> windows,
                                      const Vec3& origin, const Box& box);
 
