@@ -31,18 +31,19 @@ function showWhole() {
   if (terrain.box) navigation.lookAtWhole(terrain.box, stage.camera.aspect);
 }
 
-// The camera is set as soon as the world's size is known, so that only needed tiles are fetched.
-let placed = false;
+// The camera is set as soon as the world's size is known, so that only needed tiles are fetched, and
+// again when the world of a running job grows, unless someone has chosen a view.
+const seen = new Box3();
 function place() {
   const box = terrain.box;
-  if (!box) return;
-  new Box3().copy(box).getBoundingSphere(world);
-  if (placed) return;
-  placed = true;
+  if (!box || box.equals(seen)) return;
+  const first = seen.isEmpty();
+  seen.copy(box);
+  box.getBoundingSphere(world);
   const { camera, target } = parameters;
-  if (camera) navigation.lookFrom(camera, target ?? world.center);
-  else showWhole();
-  if (parameters.navigation) panel.choose('navigation', parameters.navigation);
+  if (first && camera) navigation.lookFrom(camera, target ?? world.center);
+  else if (!camera && !navigation.touched) showWhole();
+  if (first && parameters.navigation) panel.choose('navigation', parameters.navigation);
 }
 
 let saveSoon = 0;
@@ -68,7 +69,7 @@ function frame(now) {
     save();
   }
   terrain.update();
-  if (placed) stage.fit(navigation.target, navigation.scale, world);
+  if (!seen.isEmpty()) stage.fit(navigation.target, navigation.scale, world);
   state.idle = moved || stage.needsRender || terrain.busy ? 0 : state.idle + 1;
   if (stage.needsRender) {
     stage.render();

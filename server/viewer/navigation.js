@@ -18,6 +18,8 @@ export class Navigation {
     this.orbit.screenSpacePanning = false;
     this.orbit.minDistance = 0.5;
     this.orbit.addEventListener('change', () => { this.moved = true; });
+    this.touched = false; // by the user, who then is not led elsewhere
+    this.orbit.addEventListener('start', () => { this.touched = true; });
     this.fly = new FlyControls(this.camera, element);
     element.addEventListener('dblclick', (event) => this.#turnAbout(event, element));
   }
@@ -28,6 +30,7 @@ export class Navigation {
   set mode(mode) {
     const flies = mode === 'fly';
     if (flies === this.fly.enabled) return;
+    this.touched = true;
     if (flies) this.fly.speed = Math.max(2, this.scale / 4);
     else this.orbit.target.copy(this.camera.position).addScaledVector(this.fly.forward, this.scale);
     this.fly.enabled = flies;
@@ -71,6 +74,7 @@ export class Navigation {
     ray.setFromCamera(at, this.camera);
     const [hit] = ray.intersectObject(this.terrain.group, true);
     if (!hit || this.mode === 'fly') return;
+    this.touched = true;
     this.orbit.target.copy(hit.point);
     this.orbit.update();
     this.moved = true;

@@ -1,0 +1,61 @@
+/** Draws a local tileset by CesiumJS on a flat magenta background. */
+const { Cesium } = globalThis;
+Cesium.Ion.defaultAccessToken = undefined;
+
+const widget = new Cesium.CesiumWidget('view', {
+  baseLayer: false, globe: false, skyBox: false, skyAtmosphere: false, scene3DOnly: true,
+  contextOptions: { webgl: { preserveDrawingBuffer: true, antialias: false } },
+});
+const { scene } = widget;
+scene.backgroundColor = Cesium.Color.MAGENTA;
+scene.fog.enabled = false;
+scene.highDynamicRange = false;
+scene.msaaSamples = 1;
+scene.postProcessStages.fxaa.enabled = false;
+for (const body of [scene.sun, scene.moon]) if (body) body.show = false;
+
+/** A local tileset stands anywhere on the globe: its axes become east, north and up there. */
+const frame = Cesium.Transforms.eastNorthUpToFixedFrame(Cesium.Cartesian3.fromDegrees(-112.187, 37.593, 2400));
+const place = (point) => Cesium.Matrix4.multiplyByPoint(frame, new Cesium.Cartesian3(...point), new Cesium.Cartesian3());
+const turn = (vector) => Cesium.Matrix4.multiplyByPointAsVector(frame, vector, new Cesium.Cartesian3());
+
+let tileset;
+let shown = new Set();   // files of the tiles in the frame that is being drawn
+const errors = [];
+
+const nextFrame = () => new Promise((done) => {
+  const forget = scene.postRender.addEventListener(() => {
+    forget();
+    done();
+  });
+});
+
+globalThis.loadTileset = async (url, error) => {
+  tileset = await Cesium.Cesium3DTileset.fromUrl(url, {
+    maximumScreenSpaceError: error, dynamicScreenSpaceError: false, foveatedScreenSpaceError: false, modelMatrix: frame,
+  });
+  tileset.tileFailed.addEventListener(({ url: file, message }) => errors.push(`${file}: ${message}`));
+  tileset.tileVisible.addEventListener((tile) => shown.add(tile.content.url));
+  scene.renderError.addEventListener((where, reason) => errors.push(String(reason)));
+  scene.primitives.add(tileset);
+};
+
+/** Draws until everything needed is there; the files on screen and what went wrong. */
+globalThis.drawTileset = async ({ position, target, fov, near }) => {
+  const { camera } = scene;
+  const along = Cesium.Cartesian3.normalize(
+    Cesium.Cartesian3.subtract(new Cesium.Cartesian3(...target), new Cesium.Cartesian3(...position), new Cesium.Cartesian3()),
+    new Cesium.Cartesian3());
+  const side = Cesium.Cartesian3.normalize(Cesium.Cartesian3.cross(along, Cesium.Cartesian3.UNIT_Z, new Cesium.Cartesian3()), new Cesium.Cartesian3());
+  const up = Cesium.Cartesian3.cross(side, along, new Cesium.Cartesian3());
+  const aspect = innerWidth / innerHeight;   // its angle of view is along the longer side
+  camera.frustum.fov = 2 * Math.atan(Math.tan((fov * Math.PI) / 360) * Math.max(1, aspect));
+  camera.frustum.near = near;
+  camera.setView({ destination: place(position), orientation: { direction: turn(along), up: turn(up) } });
+  for (let still = 0; still < 15 && errors.length === 0;) {
+    shown = new Set();
+    await nextFrame();
+    still = tileset.tilesLoaded ? still + 1 : 0;
+  }
+  return { shown: [...shown], errors };
+};

@@ -1,0 +1,80 @@
+/** Starts `hoodoo serve` on a free port and talks to it. */
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { request } from 'node:http';
+import { setTimeout as sleep } from 'node:timers/promises';
+import { command } from './hoodoo.mjs';
+
+export class Server {
+  /** Options: data, roots [], args []. Resolves when the server says that it listens. */
+  static async start({ data, roots = [], args = [] }) {
+    const server = new Server();
+    const options = ['serve', '--listen', '127.0.0.1:0', '--data', data,
+                     ...roots.flatMap((root) => ['--root', root]), ...args];
+    server.child = spawn(command, options, { stdio: ['ignore', 'pipe', 'pipe'] });
+    server.stderr = '';
+    server.child.stderr.setEncoding('utf8').on('data', (text) => { server.stderr += text; });
+    server.ended = new Promise((resolve) => {
+      server.child.on('close', (code, signal) => resolve({ code, signal }));
+    });
+    let said = '';
+    server.url = await new Promise((resolve, reject) => {
+      server.child.stdout.setEncoding('utf8').on('data', (text) => {
+        const found = /http:\/\/[^\s/]+/.exec(said += text);
+        if (found) resolve(found[0]);
+      });
+      server.ended.then(() => reject(new Error(`the server ended: ${server.stderr}`)));
+    });
+    return server;
+  }
+
+  /** Sends a signal and waits for the end: {code, signal}. */
+  async stop(signal = 'SIGTERM') {
+    this.child.kill(signal);
+    return this.ended;
+  }
+
+  fetch(path, options) {
+    return fetch(this.url + path, { redirect: 'manual', ...options });
+  }
+  async json(path) {
+    const response = await this.fetch(path);
+    assert.equal(response.status, 200, `${path} answers ${response.status}`);
+    return response.json();
+  }
+  post(scene) {
+    return this.send(JSON.stringify({ inputs: { scene } }));
+  }
+  send(body) {
+    return this.fetch('/processes/bake-terrain/execution',
+                      { method: 'POST', headers: { 'content-type': 'application/json' }, body });
+  }
+  /** Posts a scene that must be taken; gives the job's id. */
+  async submit(scene) {
+    const response = await this.post(scene);
+    assert.equal(response.status, 201, await response.clone().text());
+    return (await response.json()).jobID;
+  }
+
+  /** Asks until `done(info)`; gives every answer on the way. */
+  async follow(id, done = ({ status }) => status !== 'accepted' && status !== 'running', seconds = 300) {
+    const seen = [];
+    for (const end = Date.now() + 1000 * seconds; Date.now() < end; await sleep(50)) {
+      seen.push(await this.json(`/jobs/${id}`));
+      if (done(seen.at(-1))) return seen;
+    }
+    throw new Error(`the job is still ${JSON.stringify(seen.at(-1))}`);
+  }
+
+  /** Sends a path as it is, which fetch would tidy up: {status, body}. */
+  raw(path, method = 'GET') {
+    const { hostname, port } = new URL(this.url);
+    return new Promise((resolve, reject) => {
+      request({ hostname, port, path, method }, (response) => {
+        let body = '';
+        response.setEncoding('utf8').on('data', (text) => { body += text; });
+        response.on('end', () => resolve({ status: response.statusCode, body }));
+      }).on('error', reject).end();
+    });
+  }
+}

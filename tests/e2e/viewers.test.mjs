@@ -1,0 +1,160 @@
+/**
+ * Two viewers, three.js with 3d-tiles-renderer (our own) and CesiumJS, draw tilesets with several levels on screen. What
+ * one welded mesh of the leaves covers, both cover without a hole; and they agree on the silhouette.
+ *
+ * At the silhouette's edge a coarser level may lie off the leaves by the error on screen that was asked for, and a pixel.
+ * Farther inside no background shows, and at any depth none that is closed in.
+ */
+import assert from 'node:assert/strict';
+import { copyFile, mkdir, readFile, writeFile } from 'node:fs/promises';
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { compare, holes, launch, openPage, readMask, serveFolders } from './browser.mjs';
+import { example, hoodoo, makeFolder, removeFolder, testData } from './hoodoo.mjs';
+
+const fov = 50;          // degrees, as in the viewer
+const error = 6;         // pixels on screen
+const most = 0.005;      // share of the silhouette by which the viewers may differ
+
+/** An arch over a tunnel at (u, v) of a DEM, `s` metres a cell. */
+function sceneAt(dem, u, v, s, [width, height]) {
+  const at = (x, y, dz) => ({ uv: [u + (x * s) / width, v + (y * s) / height], ground: dz * s });
+  return {
+    hoodoo: 1, name: dem, terrains: [{ dem }],
+    operations: [
+      { type: 'arch', from: at(-24, -16, -2), to: at(24, -16, -2), height: 36 * s, thickness: 12 * s },
+      { type: 'tunnel', path: [9, -3, -15, -15, -15, -3, 9].map((dz, i) => at(-24 + 8 * i, 10, dz)), radius: 6.5 * s },
+    ],
+  };
+}
+
+/** What to draw: a scene, and cameras as parts of the world's box, z from its floor in its longer side. */
+const worlds = [
+  {
+    name: 'the example',
+    scene: async (folder) => {
+      await copyFile(join(example, 'scene.json'), join(folder, 'scene.json'));
+      const made = await hoodoo(['synthesize', join(folder, 'dem.tif')]);
+      assert.equal(made.code, 0, made.stderr);
+    },
+    cameras: { whole: [[-0.2, -0.4, 0.6], [0.5, 0.5, 0.05]], 'near the ground': [[0.12, 0.1, 0.28], [0.6, 0.8, 0.05]] },
+  },
+  {
+    name: 'sea cliffs with a hole', dem: 'seacliff_aoi4_1m_utm10n_f32_nodata.tif',
+    scene: (folder, dem) => writeFile(join(folder, 'scene.json'), JSON.stringify(sceneAt(dem, 0.75, 0.5, 1, [427, 721]))),
+    cameras: { whole: [[-0.3, -0.5, 0.7], [0.5, 0.5, 0.05]], 'along the cliff': [[0.3, 0.05, 0.2], [0.6, 0.9, 0.05]] },
+  },
+  {
+    name: 'canyons in Zion', dem: 'zion_90m_epsg4326_u16.tif',
+    scene: (folder, dem) => writeFile(join(folder, 'scene.json'), JSON.stringify(sceneAt(dem, 0.5, 0.5, 75, [34000, 42000]))),
+    cameras: { whole: [[-0.3, -0.5, 0.6], [0.5, 0.5, 0.02]], 'over the rim': [[0.1, 0.1, 0.12], [0.7, 0.8, 0.03]] },
+  },
+];
+
+let browser;
+before(async () => { browser = await launch(); });
+after(() => browser?.close());
+
+/** Root box, and the leaves and the level of each file, by a tileset's folder. */
+async function lookInto(folder) {
+  const bake = JSON.parse(await readFile(join(folder, 'bake.json'), 'utf8'));
+  const levels = new Map();
+  const leaves = [];
+  for (const { key, content } of bake.tiles) {
+    if (!content) continue;
+    const level = Number(key.split('/')[0]);
+    levels.set(`${content}.glb`, level);
+    if (level === 0) leaves.push(`tiles/${content.slice(0, 2)}/${content}.glb`);
+  }
+  const { root } = JSON.parse(await readFile(join(folder, 'tileset.json'), 'utf8'));
+  return { box: root.boundingVolume.box, leaves, levels };
+}
+
+/** A point by parts of the box of 3D Tiles: centre, then half axes. */
+function pointIn(box, [u, v, w]) {
+  const [x, y, z, hx, , , , hy, , , , hz] = box;
+  return [x + (2 * u - 1) * hx, y + (2 * v - 1) * hy, z - hz + w * 2 * Math.max(hx, hy)];
+}
+
+async function drawByThree(server, camera) {
+  const page = await openPage(browser, server.url);
+  const list = (point) => point.join(',');
+  await page.goto(`${server.url}/viewer/?tileset=/tileset/tileset.json&noui&bg=magenta&err=${error}` +
+                  `&cam=${list(camera.position)}&at=${list(camera.target)}`);
+  await page.waitForFunction(() => globalThis.hoodoo?.idle > 10);
+  const { shown, errors } = await page.evaluate(() => ({
+    shown: globalThis.hoodoo.terrain.visibleTiles.map(({ tile }) => tile.content.uri), errors: globalThis.hoodoo.errors,
+  }));
+  const mask = await readMask(page);
+  await page.end();
+  return { mask, shown, problems: [...page.problems, ...errors] };
+}
+
+async function drawByCesium(server, camera) {
+  const page = await openPage(browser, server.url);
+  await page.goto(`${server.url}/pages/cesium.html`);
+  await page.waitForFunction(() => globalThis.drawTileset);
+  await page.evaluate(([url, pixels]) => globalThis.loadTileset(url, pixels), [`${server.url}/tileset/tileset.json`, error]);
+  const { shown, errors } = await page.evaluate((view) => globalThis.drawTileset(view), camera);
+  const mask = await readMask(page);
+  await page.end();
+  return { mask, shown, problems: [...page.problems, ...errors] };
+}
+
+for (const world of worlds) {
+  const dem = world.dem && join(testData, 'dem', world.dem);
+  const skip = dem && !existsSync(dem) ? `${dem} is not there` : false;
+  describe(world.name, { skip }, () => {
+    let work, server, known, leaves;
+
+    before(async () => {
+      work = await makeFolder();
+      await mkdir(join(work, 'scene'));
+      if (dem) await copyFile(dem, join(work, 'scene', world.dem));
+      await world.scene(join(work, 'scene'), world.dem);
+      const baked = await hoodoo(['bake', join(work, 'scene/scene.json'), '-o', join(work, 'tileset')]);
+      assert.equal(baked.code, 0, baked.stderr);
+      known = await lookInto(join(work, 'tileset'));
+      server = await serveFolders({ '/tileset/': join(work, 'tileset') });
+      leaves = await openPage(browser, server.url);
+      await leaves.goto(`${server.url}/pages/leaves.html`);
+      await leaves.waitForFunction(() => globalThis.loadLeaves);
+      const mesh = await leaves.evaluate((urls) => globalThis.loadLeaves(urls), known.leaves.map((file) => `/tileset/${file}`));
+      assert.ok(mesh.welded < mesh.vertices, 'neighbours share vertices to the bit');
+    });
+    after(async () => {
+      await leaves?.end();
+      await server?.close();
+      if (work) await removeFolder(work);
+    });
+
+    for (const [name, [from, to]] of Object.entries(world.cameras)) {
+      test(`${name}: no background inside what the leaves cover, and the same silhouette`, async (t) => {
+        const { box, levels } = known;
+        const size = 2 * Math.max(box[3], box[7]);
+        const camera = {
+          position: pointIn(box, from), target: pointIn(box, to), fov, near: size / 2000, far: 10 * size,
+        };
+        await leaves.evaluate((view) => globalThis.drawLeaves(view), camera);
+        const solid = await readMask(leaves);
+        assert.deepEqual(leaves.problems, []);
+
+        const drawn = { three: await drawByThree(server, camera), cesium: await drawByCesium(server, camera) };
+        for (const [viewer, { mask, shown, problems }] of Object.entries(drawn)) {
+          assert.deepEqual(problems, [], viewer);
+          assert.deepEqual([mask.width, mask.height], [solid.width, solid.height], viewer);
+          const onScreen = new Set(shown.map((file) => levels.get(file.split('/').at(-1))));
+          assert.ok(onScreen.size > 1, `${viewer} shows several levels at once, not ${[...onScreen]}`);
+          const found = holes(mask, solid, error + 1);
+          t.diagnostic(`${viewer}: ${shown.length} tiles of levels ${[...onScreen].sort()}, holes ${JSON.stringify(found)}`);
+          assert.deepEqual(found, { deep: 0, enclosed: 0 }, viewer);
+        }
+        const { covered, share } = compare(drawn.three.mask, drawn.cesium.mask);
+        t.diagnostic(`${covered} pixels covered, the viewers differ by ${(100 * share).toFixed(3)} %`);
+        assert.ok(covered > 0.1 * solid.bits.length, 'the terrain is in the picture');
+        assert.ok(share <= most, `the silhouettes differ by ${100 * share} %`);
+      });
+    }
+  });
+}
