@@ -52,17 +52,16 @@ const wrong = {
   'A million nested arrays': ['['.repeat(1_000_000) + ']'.repeat(1_000_000), 3, /scene\.json.*(deep|nest)/],
   'A million nested trees': ['{"hoodoo":1,"geology":' + '{"type":"blend","children":['.repeat(100_000), 3, /scene\.json.*(deep|nest)/],
   'A string of 2 GB': [(file) => longString(file, 2 ** 31), 3, /scene\.json.*(bytes|MiB|long|large)/],
-  'A string of 63 MB': [(file) => longString(file, 63e6), 2, /\/name: |\/terrains: |scene\.json/],
-  'A grid of 1 mm over 100 km': [scene({ bake: { spacing: 0.001 } }), 3, /\/bake\/spacing: .*0\.001/],
+  'A string of 63 MB': [(file) => longString(file, 63e6), 2, /\/terrains: /],
+  'A grid of 1 mm over 100 km': [scene({ bake: { spacing: 0.001 } }), 3, /\/bake\/spacing: .*100000 x 100000 m/],
 };
 
-/** A scene whose name has `size` letters; the file is sparse above 1 GB. */
+/** A scene whose name has `size` letters; beyond a gigabyte most of it is a hole in the file. */
 async function longString(file, size) {
   const handle = await open(file, 'w');
   await handle.write('{"hoodoo": 1, "name": "');
-  if (size < 1e9) await handle.write('a'.repeat(size));
-  else await handle.truncate(size);
-  await handle.write('"}', size + 32);
+  if (size < 1e9) await handle.write(`${'a'.repeat(size)}"}`);
+  else await handle.write('"}', size);
   await handle.close();
 }
 
@@ -72,7 +71,7 @@ for (const [what, [content, code, message]] of Object.entries(wrong)) {
     assert.equal(result.code, code, result.stderr.slice(0, 500));
     assert.match(result.stderr, /^hoodoo: /);
     assert.match(result.stderr.slice(0, 5000), message);
-    assert.ok(result.seconds < most, `took ${result.seconds} s`);
+    assert.ok(result.busy < most, `took ${result.busy} s`);
     assert.ok(result.stderr.length < 10_000, 'the message is readable');
   });
 }
@@ -106,7 +105,7 @@ test('A scene that never ends is refused', async () => {
   const result = await hoodoo(['check', '/dev/zero'], { limit: 20_000 });
   assert.equal(result.signal, null);
   assert.ok([2, 3, 4].includes(result.code), result.stderr);
-  assert.ok(result.seconds < most);
+  assert.ok(result.busy < most, `took ${result.busy} s`);
 });
 
 test('An output folder that cannot be made is exit 4', async () => {

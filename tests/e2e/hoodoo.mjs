@@ -7,13 +7,15 @@ import { tmpdir } from 'node:os';
 import { join, relative, resolve } from 'node:path';
 
 const here = import.meta.dirname;
+const ticksPerSecond = 100;   // of /proc, on every Linux
 export const command = process.env.HOODOO_COMMAND ?? resolve(here, '../../build/release/hoodoo');
 export const testData = process.env.HOODOO_TEST_DATA ?? resolve(here, '../../../shared/data');
 export const example = resolve(here, '../../schema/examples/first-light');
 
 /**
  * Runs `hoodoo ...args`. Options: cwd, env (added), kill: {after [ms], signal}, limit [ms] after which it is
- * killed, onStart(child). Gives {code, signal, stdout, stderr, seconds, peak [MiB], overtime}.
+ * killed, onStart(child). Gives {code, signal, stdout, stderr, seconds, busy, peak [MiB], overtime}. `busy` [s] is
+ * the processor's time where that is less than the clock's, as on a machine that has other things to do.
  */
 export function hoodoo(args, options = {}) {
   return run(command, args, options);
@@ -27,9 +29,12 @@ export function run(program, args, { cwd, env = {}, kill, limit, onStart } = {})
     for (const name of ['stdout', 'stderr']) {
       child[name].setEncoding('utf8').on('data', (text) => { result[name] += text; });
     }
+    let processor = Infinity;
     // The kernel keeps the largest resident size while the process lives.
     const watch = () => {
       try {
+        const fields = readFileSync(`/proc/${child.pid}/stat`, 'utf8').replace(/.*\) /s, '').split(' ');
+        processor = (Number(fields[11]) + Number(fields[12])) / ticksPerSecond;
         const peak = /VmHWM:\s+(\d+) kB/.exec(readFileSync(`/proc/${child.pid}/status`, 'utf8'));
         if (peak) result.peak = Math.max(result.peak, Number(peak[1]) / 1024);
       } catch { /* it has ended */ }
@@ -46,7 +51,8 @@ export function run(program, args, { cwd, env = {}, kill, limit, onStart } = {})
     child.on('error', (error) => { stop(); reject(error); });
     child.on('close', (code, signal) => {
       stop();
-      resolve_({ ...result, code, signal, seconds: (performance.now() - start) / 1000 });
+      const seconds = (performance.now() - start) / 1000;
+      resolve_({ ...result, code, signal, seconds, busy: Math.min(seconds, processor) });
     });
     onStart?.(child);
   });
