@@ -3,6 +3,7 @@
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
@@ -58,6 +59,17 @@ Grid grid_of(const Primitive& primitive, double step) {
   return {low, std::max(1, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(extent))))};
 }
 
+/// What ExpertEncoder::SetAttributeExplicitQuantization sets, but exact: Draco holds options as
+/// text, and writes floats into it with six decimals.
+draco::Options quantization(const Grid& grid, double step) {
+  const double range = static_cast<double>((std::int64_t{1} << grid.bits) - 1) * step;
+  draco::Options options;
+  options.SetInt("quantization_bits", grid.bits);
+  options.SetString("quantization_origin", fmt::format("{}", fmt::join(grid.origin, " ")));
+  options.SetString("quantization_range", fmt::format("{}", static_cast<float>(range)));
+  return options;
+}
+
 }  // namespace
 
 Compressed compress(const Primitive& primitive, double step, bool wide_ids) {
@@ -91,9 +103,7 @@ Compressed compress(const Primitive& primitive, double step, bool wide_ids) {
 
   draco::ExpertEncoder encoder(mesh);
   encoder.SetSpeedOptions(speed, speed);
-  const double range = static_cast<double>((std::int64_t{1} << grid.bits) - 1) * step;
-  encoder.SetAttributeExplicitQuantization(position, grid.bits, 3, grid.origin.data(),
-                                           static_cast<float>(range));
+  encoder.options().SetAttributeOptions(position, quantization(grid, step));
   encoder.SetAttributeQuantization(normal, normal_bits);
   encoder.SetTrackEncodedProperties(true);
   draco::EncoderBuffer buffer;

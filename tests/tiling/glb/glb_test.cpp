@@ -140,6 +140,28 @@ TEST(Glb, StandsUprightWithYUp) {
   EXPECT_THAT(text, HasSubstr(R"("translation":[1.0,10.0,-2.0])"));
 }
 
+TEST(Glb, DecodesExactlyAtEveryStepAndExtent) {
+  for (const double step : {1.0 / 65536, 1.0 / 1024, 1.0 / 256, 0.125, 4.0}) {
+    for (int bits = 1; bits <= 22; ++bits) {
+      const auto extent = (std::int32_t{1} << bits) - 1;
+      Content in = content(-1);
+      in.step = step;
+      in.skirt = {};
+      for (auto& p : in.surface.points) {
+        const auto seed = random_bits(3U, p[0], p[1]);
+        for (std::uint64_t a = 0; a < 3; ++a) {
+          p[a] = static_cast<std::int32_t>(random_bits(seed, a) %
+                                           static_cast<std::uint64_t>(extent + 1)) -
+                 77;
+        }
+      }
+      // Draco takes positions as they are, also equal ones.
+      EXPECT_EQ(corners(read(write(in, "draco"), step, "tile").surface), corners(in.surface))
+          << bits << " bits of " << step;
+    }
+  }
+}
+
 TEST(Glb, HoldsExtentsOfTwentyThreeBitsAndRefusesMore) {
   Content in;
   in.step = 1.0 / 1024;
