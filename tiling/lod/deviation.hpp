@@ -24,10 +24,12 @@ void for_each_sample(const Vec3& a, const Vec3& b, const Vec3& c, double spacing
   }
 }
 
-/// Largest distance of many points from one surface.
+/// Largest distance of many points from one surface, at least `floor`. On level ground nearly every
+/// distance is rounding: asking for the exact largest of those would visit every triangle around
+/// every point.
 class Farthest {
  public:
-  explicit Farthest(double limit) : limit2_(limit * limit) {}
+  Farthest(double limit, double floor) : limit2_(limit * limit), worst2_(floor * floor) {}
 
   /// False when `p` lies beyond the limit; it is then not counted.
   bool look(const Vec3& p, const Buckets& other) {
@@ -39,7 +41,7 @@ class Farthest {
   double distance() const { return std::sqrt(worst2_); }
 
  private:
-  double limit2_, worst2_ = 0;
+  double limit2_, worst2_;
   std::uint32_t hint_ = 0;
 };
 

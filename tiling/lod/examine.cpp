@@ -137,7 +137,7 @@ class Examiner::Survey {
 void Examiner::Survey::input_against_result() {
   const auto& p = input_.points_;
   const Buckets result(p, faces_.triangles, bucket_edges * input_.spacing_);
-  Farthest farthest(error_);
+  Farthest farthest(error_, error_ / 64);
   std::vector<bool> seen(p.size());
   for (const auto& triangle : input_.surface_.triangles) {
     if (enough()) break;
@@ -156,7 +156,7 @@ void Examiner::Survey::input_against_result() {
 /// Samples a typical edge apart.
 void Examiner::Survey::result_against_input() {
   const auto& p = input_.points_;
-  Farthest farthest(error_);
+  Farthest farthest(error_, error_ / 64);
   for (const auto& triangle : faces_.triangles) {
     if (enough()) break;
     if (kept(triangle, input_.edges_)) continue;
@@ -171,7 +171,7 @@ void Examiner::Survey::result_against_input() {
 void Examiner::Survey::follow(const std::vector<Triangle>& from, const std::vector<Triangle>& to) {
   const auto& p = input_.points_;
   const Buckets other(p, to, bucket_edges * input_.spacing_);
-  Farthest farthest(error_);
+  Farthest farthest(error_, error_ / 64);
   for (const auto& [a, b, end] : from) {
     if (enough()) break;
     if (other.empty()) {

@@ -36,7 +36,7 @@ void add(Patch& patch, const glb::Decoded& tile, const Vec3& corner) {
 /// Largest distance of samples of `from`, at most `spacing` apart, from `to`.
 double farthest(const Patch& from, const Patch& to, double spacing) {
   const lod::Buckets buckets(to.points, to.triangles, 3 * spacing);
-  lod::Farthest farthest(Box::infinity);
+  lod::Farthest farthest(Box::infinity, spacing / 64);
   for (const auto& [ia, ib, ic] : from.triangles) {
     const Vec3 &a = from.points[ia], &b = from.points[ib], &c = from.points[ic];
     // Corners as triangles come, for the sake of the nearest found last; most are met again and
