@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -58,6 +59,7 @@ ChunkFacts entry_at(const char* entry) {
 }  // namespace
 
 ChunkFacts describe_chunk(std::span<float> pixels) {
+  assert(pixels.size() == chunk_pixels);
   ChunkFacts facts;
   float low = std::numeric_limits<float>::infinity(), high = -low;
   for (float& v : pixels) {
@@ -72,8 +74,12 @@ ChunkFacts describe_chunk(std::span<float> pixels) {
   if (facts.valid) {
     facts.low = low;
     facts.high = high;
+    facts.digest = sha256(std::as_bytes(pixels));
+  } else {
+    // Rasters of half a planet are mostly such chunks.
+    static const Digest hole = sha256(std::as_bytes(pixels));
+    facts.digest = hole;
   }
-  facts.digest = sha256(std::as_bytes(pixels));
   return facts;
 }
 

@@ -1,10 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 
 #include "engine/base/error.hpp"
@@ -13,6 +12,12 @@
 
 namespace hoodoo::dem {
 namespace {
+
+#ifdef NDEBUG
+constexpr bool optimised = true;
+#else
+constexpr bool optimised = false;
+#endif
 
 void read_all(const std::filesystem::path& path) {
   auto raster = Raster::open(path);
@@ -43,7 +48,7 @@ TEST(HostileTiff, EndsInAGoodReadOrAnErrorNamingTheFile) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
     if (!entry.is_regular_file()) continue;
     ++files;
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = std::clock();
     for (const bool whole : {false, true}) {
       try {
         if (whole) {
@@ -58,8 +63,12 @@ TEST(HostileTiff, EndsInAGoodReadOrAnErrorNamingTheFile) {
         EXPECT_FALSE(error.problems.front().what.empty());
       }
     }
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-    EXPECT_LT(took.count(), 60) << entry.path();
+    // Seconds of processor time: the wall's depend on what else the machine does. A build for
+    // debugging or under a sanitizer takes its time.
+    const double took = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    if (optimised) {
+      EXPECT_LT(took, 10) << entry.path();
+    }
   }
   RecordProperty("files", files);
   RecordProperty("good", good);
