@@ -66,10 +66,10 @@ export class Stage {
   }
 
   #light() {
-    this.sun = new DirectionalLight('#fff0d8', 3.1);
+    this.sun = new DirectionalLight('#fff4e6', 2.8);
     this.sun.shadow.mapSize.set(2048, 2048);
     this.scene.add(this.sun, this.sun.target);
-    const sky = new HemisphereLight('#c4dcf2', '#8b7a68', 1.15);
+    const sky = new HemisphereLight('#d6e6f5', '#a0968a', 1.25);
     sky.position.set(0, 0, 1);
     this.scene.add(sky);
   }

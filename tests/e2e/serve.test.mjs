@@ -188,7 +188,7 @@ test('A request for another host is refused', async () => {
   assert.equal(status, 421);
 });
 
-test('A running job is cancelled in a second, and removed when asked again', async () => {
+test('A running job is cancelled within its tiles in flight, and removed when asked again', async () => {
   const running = await server.submit(long());
   const waiting = await server.submit(long());
   await server.follow(running, ({ tiles }) => tiles.done > 0);
@@ -201,7 +201,7 @@ test('A running job is cancelled in a second, and removed when asked again', asy
     await server.fetch(`/jobs/${running}`, { method: 'DELETE' });
     return (await server.fetch(`/jobs/${running}`)).status === 404;
   };
-  const end = Date.now() + (sanitized ? 30_000 : 1_500);
+  const end = Date.now() + (sanitized ? 60_000 : 10_000);
   while (!await gone()) assert.ok(Date.now() < end, 'the bake goes on after it was cancelled');
 });
 

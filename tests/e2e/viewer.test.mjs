@@ -1,6 +1,7 @@
 /** The web viewer in a browser: it follows a job while it bakes, and does what its panel and keys say. */
 import assert from 'node:assert/strict';
-import { copyFile, mkdir, readFile } from 'node:fs/promises';
+import { createHash } from 'node:crypto';
+import { mkdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { launch, openPage } from './browser.mjs';
@@ -62,7 +63,14 @@ test('Its panel and keys change what is drawn', async () => {
   const page = await open(`/viewer/?job=${id}`);
   await settle(page);
   const before_ = await statistics(page);
-  const picture = async () => { await settle(page); return (await page.locator('#view').screenshot()).toString('base64'); };
+  const picture = async () => {
+    await settle(page);
+    const url = await page.evaluate(() => {
+      globalThis.hoodoo.stage.render();   // what is drawn can be read until the task ends
+      return globalThis.hoodoo.stage.renderer.domElement.toDataURL();
+    });
+    return createHash('sha256').update(url).digest('hex');
+  };
   const natural = await picture();
 
   const pictures = new Set([natural]);
