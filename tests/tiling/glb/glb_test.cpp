@@ -155,9 +155,17 @@ TEST(Glb, DecodesExactlyAtEveryStepAndExtent) {
                  77;
         }
       }
-      // Draco takes positions as they are, also equal ones.
-      EXPECT_EQ(corners(read(write(in, "draco"), step, "tile").surface), corners(in.surface))
-          << bits << " bits of " << step;
+      const auto points = [](const auto& part) {  // few bits: many vertices at one position
+        std::vector<std::array<std::array<std::int32_t, 3>, 3>> all;
+        for (const auto& [a, b, c] : part.triangles) {
+          all.push_back({part.points[a], part.points[b], part.points[c]});
+          std::ranges::sort(all.back());
+        }
+        std::ranges::sort(all);
+        return all;
+      };
+      const auto out = read(write(in, "draco"), step, "tile");
+      EXPECT_TRUE(points(out.surface) == points(in.surface)) << bits << " bits of " << step;
     }
   }
 }

@@ -65,9 +65,11 @@ inline surface::Surface height_field(const Hills& hills_of) {
       const auto column = i == 0 || i == n - 1 ? edge : hills_of.x0 + i;
       const auto row = j == 0 || j == n - 1 ? edge : hills_of.y0 + j;
       const int x = coordinate(i, column, row, 0), y = coordinate(j, column, row, 1);
-      const double z =
-          hills(static_cast<double>(hills_of.x0) + x / 256.0,
-                static_cast<double>(hills_of.y0) + y / 256.0, hills_of.octaves, hills_of.height);
+      const double scale = 1 << hills_of.level;
+      const double z = hills((static_cast<double>(hills_of.x0) + x / 256.0) * scale,
+                             (static_cast<double>(hills_of.y0) + y / 256.0) * scale,
+                             hills_of.octaves, hills_of.height) /
+                       scale;
       s.points.push_back({x, y, static_cast<std::int32_t>(std::nearbyint(z * units))});
       s.planes.push_back(static_cast<std::uint8_t>(
           (i == 0 ? surface::west : 0) | (i == n - 1 ? surface::east : 0) |

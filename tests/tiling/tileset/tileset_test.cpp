@@ -17,9 +17,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using shapes::Folder;
 using shapes::World;
-using testing::AnyOf;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 json load(const fs::path& file) { return parse_json(read_file(file, 1U << 30), file.string()); }
 
@@ -96,7 +94,7 @@ void walk(const fs::path& folder, const fs::path& file, const json* parent,
 
 TEST(Index, HasFilesOfFourLevelsWhoseRootsCarryTheirContent) {
   const Folder folder("index");
-  const Bake bake = World{.levels = 6}.make(folder.path);
+  const Bake bake = World{.levels = 6, .strip = true}.make(folder.path);
   const auto files = index(bake, folder.path);
   std::size_t tiles = 0, external = 0;
   walk(folder.path, "tileset.json", nullptr,
@@ -121,7 +119,7 @@ TEST(Index, HasFilesOfFourLevelsWhoseRootsCarryTheirContent) {
          }
        });
   EXPECT_EQ(tiles, bake.records.size());
-  EXPECT_EQ(external, 256U);  // the root of six levels and three below are in tileset.json
+  EXPECT_EQ(external, 16U);  // the root of six levels and three below are in tileset.json
 }
 
 TEST(Index, IsTheSameBytesForAnyThreadsAndOrder) {
@@ -173,15 +171,15 @@ TEST(Index, ReachesALoneLeafThroughTilesWithoutContent) {
 
 TEST(Index, ForgetsFilesOfAnEarlierOne) {
   const Folder folder("stale");
-  index(World{.levels = 6}.make(folder.path), folder.path);
+  index(World{.levels = 6, .strip = true}.make(folder.path), folder.path);
   const auto count = [&] {
     return std::distance(fs::directory_iterator(folder.path / "subtrees"),
                          fs::directory_iterator());
   };
-  EXPECT_EQ(count(), 256);
-  const Bake changed = World{.levels = 6, .simplify = 40}.make(folder.path);
+  EXPECT_EQ(count(), 16);
+  const Bake changed = World{.levels = 6, .simplify = 40, .strip = true}.make(folder.path);
   index(changed, folder.path);
-  EXPECT_EQ(count(), 256);
+  EXPECT_EQ(count(), 16);
 }
 
 TEST(Errors, CoverTheDistanceBetweenLevelsAndTakeOverWhatIsKnown) {
@@ -262,7 +260,7 @@ std::size_t border_vertex(const surface::Mesh& mesh) {
 
 TEST(Verify, FindsABorderVertexThatIsOffByAStep) {
   expect_found(spoilt([](glb::Content& c) { ++c.surface.points[border_vertex(c.surface)][2]; }),
-               "level 0: 68 edges have one face, 64 should");
+               "level 0: 140 edges have one face, 136 should");
 }
 
 TEST(Verify, FindsANormalThatIsNotItsNeighbours) {

@@ -31,6 +31,7 @@ struct Folder {
 struct World {
   int levels = 2;
   double simplify = 0;  // [steps]
+  bool strip = false;   // only the southern row of tiles
   std::function<void(const plan::Key&, glb::Content&)> change = [](const auto&, auto&) {};
 
   static constexpr int cells = 16;
@@ -46,10 +47,11 @@ struct World {
     for (int level = 0; level < levels; ++level) {
       const std::int64_t side = std::int64_t{1} << (levels - 1 - level);
       for (std::int64_t x = 0; x < side; ++x) {
-        for (std::int64_t y = 0; y < side; ++y) {
+        const std::int64_t rows = strip ? 1 : side;
+        for (std::int64_t y = 0; y < rows; ++y) {
           const auto world = static_cast<std::uint8_t>(
               (x == 0 ? surface::west : 0) | (x == side - 1 ? surface::east : 0) |
-              (y == 0 ? surface::south : 0) | (y == side - 1 ? surface::north : 0));
+              (y == 0 ? surface::south : 0) | (y == rows - 1 ? surface::north : 0));
           bake.planned.push_back({level, x, y});
           bake.records.push_back(make_tile(bake, bake.planned.back(), world, folder));
         }
