@@ -28,8 +28,10 @@ double distance2(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
     return from(b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))));
   }
   const Vec3 normal = cross(ab, ac);
-  const double offset = dot(normal, ap);
-  return offset * offset / dot(normal, normal);
+  const double square = dot(normal, normal), offset = dot(normal, ap);
+  // A triangle without area can come here by rounding; its corners span it.
+  if (!(square > 0)) return std::min(std::min(from(a), from(b)), from(c));
+  return offset * offset / square;
 }
 
 Buckets::Buckets(std::span<const Vec3> points, std::span<const Triangle> triangles, double side) {
