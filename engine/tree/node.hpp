@@ -12,7 +12,7 @@ namespace hoodoo::tree {
 ///     Node both{Union{}, {cave, other}};
 struct Node {
   AnyNode value;
-  std::vector<Node> children;
+  std::vector<Node> children{};
   friend bool operator==(const Node&, const Node&) = default;
 };
 

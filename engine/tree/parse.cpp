@@ -14,6 +14,12 @@ namespace {
 
 using nlohmann::json;
 
+int depth_of(const Node& tree) {
+  int below = 0;
+  for (const Node& child : tree.children) below = std::max(below, depth_of(child));
+  return 1 + below;
+}
+
 /// What a node may be inside of, and where problems go.
 struct Reader {
   Context& context;
@@ -23,10 +29,7 @@ struct Reader {
   std::optional<Node> read(const json& value, const std::string& where) const {
     if (context.stopped) return std::nullopt;
     if (!value.is_object()) return fail(where, "must be an object with a \"type\" or a \"use\"");
-    if (context.depth >= context.deepest) {
-      context.stopped = true;
-      return fail(where, fmt::format("is nested deeper than {} nodes", context.deepest));
-    }
+    if (context.depth >= context.deepest) return too_deep(where);
     ++context.depth;
     auto node = value.contains("use") ? use(value, where) : typed(value, where);
     --context.depth;
@@ -59,20 +62,39 @@ struct Reader {
       for (auto link = open; link != context.open.end(); ++link) chain += *link + " -> ";
       return fail(where + "/use", fmt::format("is a cycle: {}{}", chain, *name));
     }
+    const auto known = context.read.find({family, *name});
+    if (known != context.read.end()) return again(known->second, where);
     context.open.push_back(*name);
     auto node = read(*found->second.json, found->second.where);
     context.open.pop_back();
+    if (!context.stopped) {
+      context.read[{family, *name}] = {node, node ? count(*node) : 0, node ? depth_of(*node) : 0};
+    }
     return node;
+  }
+
+  /// One more copy of a definition, within the limits.
+  std::optional<Node> again(const Context::Instance& instance, const std::string& where) const {
+    if (context.depth + instance.depth > context.deepest) return too_deep(where);
+    if (context.nodes_left < instance.nodes) return too_many(where);
+    context.nodes_left -= instance.nodes;
+    return instance.tree;
+  }
+
+  std::optional<Node> too_deep(const std::string& where) const {
+    context.stopped = true;
+    return fail(where, fmt::format("is nested deeper than {} nodes", context.deepest));
+  }
+  std::optional<Node> too_many(const std::string& where) const {
+    context.stopped = true;
+    return fail(where, "is one node too many: instances count as often as they are used");
   }
 
   std::optional<Node> typed(const json& value, const std::string& where) const {
     const auto type = value.find("type");
     if (type == value.end()) return fail(where, "must have a \"type\" or a \"use\"");
     if (!type->is_string()) return fail(where + "/type", "must be a text");
-    if (context.nodes_left == 0) {
-      context.stopped = true;
-      return fail(where, "is one node too many: instances count as often as they are used");
-    }
+    if (context.nodes_left == 0) return too_many(where);
     --context.nodes_left;
     return one_of(type->get_ref<const std::string&>(), value, where,
                   static_cast<AnyNode*>(nullptr));

@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/base/error.hpp"
@@ -24,6 +25,13 @@ struct Context {
   int deepest = 64;                    // nesting of nodes, instances included
   std::vector<Problem> warnings;       // oddities that are no errors
 
+  /// A definition as it was read the first time; none where that failed.
+  struct Instance {
+    std::optional<Node> tree;
+    std::size_t nodes = 0;
+    int depth = 0;
+  };
+  std::map<std::pair<Family, std::string>, Instance> read;
   std::vector<std::string> open;  // names of the instances around the node being read
   int depth = 0;
   bool stopped = false;  // a limit was broken and reported
@@ -33,7 +41,8 @@ struct Context {
 /// `json`. Every problem is added to `problems`: unknown keys (naming the nearest known one),
 /// missing ones, wrong types, numbers out of range with unit and range, an unknown type, a type
 /// that does not belong into a tree of this family, a cycle of `use` (naming the chain), too many
-/// nodes. Nothing is returned only if the node itself could not be made; a node with problems
+/// nodes. A definition's own problems are reported once, however often it is used.
+/// Nothing is returned only if the node itself could not be made; a node with problems
 /// below it is returned without them.
 std::optional<Node> parse_node(const nlohmann::json& json, const std::string& where, Family family,
                                Context& context, std::vector<Problem>& problems);
