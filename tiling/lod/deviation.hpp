@@ -8,18 +8,35 @@
 
 namespace hoodoo::lod {
 
-/// Calls visit(point) for samples of a triangle on a lattice whose edges are at most `spacing`
-/// long. Corners are left out; a segment (a, b, b) is sampled along its length.
+/// Calls visit(point) for samples of a triangle: rows along its longest edge, at most `spacing`
+/// apart, points at most as far apart in each. Corners are left out. A segment is a triangle (a, b,
+/// b).
 template <class Visit>
-void for_each_sample(const Vec3& a, const Vec3& b, const Vec3& c, double spacing, Visit visit) {
-  const double longest =
-      std::sqrt(std::max({dot(b - a, b - a), dot(c - a, c - a), dot(c - b, c - b)}));
-  const int parts = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
-  const Vec3 u = (b - a) * (1.0 / parts), v = (c - a) * (1.0 / parts);
-  for (int i = 0; i <= parts; ++i) {
-    for (int j = 0; j <= parts - i; ++j) {
-      if (i == parts || j == parts || i + j == 0) continue;
-      visit(a + u * i + v * j);
+void for_each_sample(Vec3 a, Vec3 b, Vec3 c, double spacing, Visit visit) {
+  const auto turn = [&] {
+    const Vec3 first = a;
+    a = b;
+    b = c;
+    c = first;
+  };
+  const double ab = dot(b - a, b - a), bc = dot(c - b, c - b), ca = dot(a - c, a - c);
+  if (bc > ab && bc >= ca) {
+    turn();
+  } else if (ca > ab) {
+    turn();
+    turn();
+  }
+  const double base = length(b - a);
+  const auto parts_of = [&](double extent) {
+    return std::max(1, static_cast<int>(std::ceil(extent / spacing)));
+  };
+  const int rows = parts_of(length(cross(b - a, c - a)) / std::max(base, spacing));
+  for (int row = 0; row < rows; ++row) {
+    const double up = static_cast<double>(row) / rows;
+    const Vec3 from = a + (c - a) * up, along = (b - a) * (1 - up);
+    const int parts = parts_of(base * (1 - up));
+    for (int i = row == 0 ? 1 : 0; i < parts + (row == 0 ? 0 : 1); ++i) {
+      visit(from + along * (static_cast<double>(i) / parts));
     }
   }
 }

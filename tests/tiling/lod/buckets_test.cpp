@@ -80,7 +80,7 @@ TEST(Buckets, FindTrianglesThatFaceOneWay) {
   EXPECT_TRUE(buckets.faces({2, 2, 1}, 0.9, {0, 0, -1}, hint));
 }
 
-TEST(Samples, LieAtMostTheSpacingApartAndAvoidCorners) {
+TEST(Samples, LeaveNoPointFartherThanTheSpacingAndAvoidCorners) {
   const Vec3 a{0, 0, 0}, b{10, 0, 0}, c{0, 7, 3};
   std::vector<Vec3> samples;
   for_each_sample(a, b, c, 1.5, [&](const Vec3& p) { samples.push_back(p); });
@@ -98,11 +98,11 @@ TEST(Samples, LieAtMostTheSpacingApartAndAvoidCorners) {
   }
 }
 
-TEST(Farthest, IsTheLargestDistanceWithinTheLimit) {
+TEST(Farthest, IsTheLargestDistanceWithinTheLimitAndAtLeastTheFloor) {
   const Soup soup(4000);
   const Buckets buckets(soup.points, soup.triangles, 5);
-  Farthest farthest(8);
-  double expected = 0;
+  Farthest farthest(8, 0.5);
+  double expected = 0.5;
   for (std::uint64_t k = 0; k < 1000; ++k) {
     const Vec3 p = random_point(k, 120);
     const double d = std::sqrt(soup.distance2_to(p));
@@ -110,6 +110,7 @@ TEST(Farthest, IsTheLargestDistanceWithinTheLimit) {
     if (d <= 8) expected = std::max(expected, d);
   }
   EXPECT_DOUBLE_EQ(farthest.distance(), expected);
+  EXPECT_EQ(Farthest(8, 0.5).distance(), 0.5);
 }
 
 }  // namespace
