@@ -18,9 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int default_threads() {
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
+int default_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
 struct Resources {
   int threads = default_threads();
@@ -51,17 +49,19 @@ ProgressLine::Style style_of(const std::string& name) {
 void report(const bake::Report& report, const std::string& folder, bool as_json) {
   const auto& p = report.progress;
   if (as_json) {
-    const nlohmann::json json = {{"tiles", p.done},         {"planned", p.total},
-                                 {"reused", p.reused},      {"triangles", p.triangles},
-                                 {"bytes", p.bytes},        {"complete", report.complete},
+    const nlohmann::json json = {{"tiles", p.done},
+                                 {"planned", p.total},
+                                 {"reused", p.reused},
+                                 {"triangles", p.triangles},
+                                 {"bytes", p.bytes},
+                                 {"complete", report.complete},
                                  {"warnings", report.warnings}};
     fmt::print("{}\n", json.dump());
     return;
   }
   for (const auto& warning : report.warnings) fmt::print(stderr, "hoodoo: warning: {}\n", warning);
   fmt::print("{}: {} of {} tiles ({} found finished), {} triangles, {} bytes{}\n", folder, p.done,
-             p.total, p.reused, p.triangles, p.bytes,
-             report.complete ? "" : "; not complete yet");
+             p.total, p.reused, p.triangles, p.bytes, report.complete ? "" : "; not complete yet");
 }
 
 int run_bake(const BakeOptions& options, bool as_json) {
@@ -81,9 +81,8 @@ int run_bake(const BakeOptions& options, bool as_json) {
   }
   const fs::path file = options.scene;
   const auto scene = scene::read(file);
-  const auto result =
-      bake::run(scene, {file.parent_path().empty() ? "." : file.parent_path(), {}},
-                options.folder, settings);
+  const auto result = bake::run(scene, {file.parent_path().empty() ? "." : file.parent_path(), {}},
+                                options.folder, settings);
   report(result, options.folder, as_json);
   return 0;
 }
@@ -114,8 +113,7 @@ void add_serve(CLI::App& app, int* exit) {
   auto* command = app.add_subcommand("serve", "Serve bake jobs, their tiles and the viewer");
   command->add_option("--listen", options->listen, "HOST:PORT; port 0 takes a free one")
       ->capture_default_str();
-  command->add_option("--data", options->data, "Folder of jobs and results")
-      ->capture_default_str();
+  command->add_option("--data", options->data, "Folder of jobs and results")->capture_default_str();
   command->add_option("--root", options->roots, "Folder below which a scene may find its DEMs");
   command->add_option("--viewer", options->viewer, "Folder of the viewer's files");
   command->add_option("--public-url", options->public_url, "What clients reach this server as");

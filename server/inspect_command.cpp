@@ -67,9 +67,10 @@ json describe_tile(const fs::path& path) {
           {"vertices", tile.surface.points.size()},
           {"triangles", tile.surface.triangles.size()},
           {"skirt triangles", tile.skirt.triangles.size()},
-          {"origin", {static_cast<double>(tile.origin[0]) * tile.step,
-                      static_cast<double>(tile.origin[1]) * tile.step,
-                      static_cast<double>(tile.origin[2]) * tile.step}}};
+          {"origin",
+           {static_cast<double>(tile.origin[0]) * tile.step,
+            static_cast<double>(tile.origin[1]) * tile.step,
+            static_cast<double>(tile.origin[2]) * tile.step}}};
 }
 
 json describe(const fs::path& path) {
@@ -101,23 +102,21 @@ int verify(const std::string& folder, bool as_json) {
   if (as_json) {
     json euler = json::object();
     for (const auto& level : found.euler) euler[std::to_string(level.first)] = level.second;
-    const json result = {{"problems", to_json(found.problems)},
-                         {"tiles", found.tiles},
-                         {"triangles", found.triangles},
-                         {"borderVertices", found.border_vertices},
-                         {"openEdges", found.open_edges},
-                         {"euler", euler}};
+    const json result = {
+        {"problems", to_json(found.problems)}, {"tiles", found.tiles},
+        {"triangles", found.triangles},        {"borderVertices", found.border_vertices},
+        {"openEdges", found.open_edges},       {"euler", euler}};
     fmt::print("{}\n", result.dump());
   } else {
     for (const auto& p : found.problems) fmt::print("{}: {}\n", p.where, p.what);
-    fmt::print("{}: {} tiles, {} triangles, {} shared border vertices, {} edges on the world's edge\n",
-               folder, found.tiles, found.triangles, found.border_vertices, found.open_edges);
+    fmt::print(
+        "{}: {} tiles, {} triangles, {} shared border vertices, {} edges on the world's edge\n",
+        folder, found.tiles, found.triangles, found.border_vertices, found.open_edges);
     for (const auto& level : found.euler) {
       fmt::print("level {}: Euler characteristic {}\n", level.first, level.second);
     }
-    fmt::print("{}\n", found.problems.empty()
-                           ? "verified"
-                           : fmt::format("{} problems", found.problems.size()));
+    fmt::print("{}\n", found.problems.empty() ? "verified"
+                                              : fmt::format("{} problems", found.problems.size()));
   }
   return found.problems.empty() ? 0 : 1;
 }
@@ -178,8 +177,7 @@ void add_synthesize(CLI::App& app, int* exit) {
   command->add_option("--spacing", sample->spacing, "Pixel size [m]")
       ->check(CLI::Range(0.01, 1000.0))
       ->capture_default_str();
-  command->add_option("--seed", sample->seed, "Another seed, another shore")
-      ->capture_default_str();
+  command->add_option("--seed", sample->seed, "Another seed, another shore")->capture_default_str();
   command->callback([=] {
     scene::write_sample_dem(*file, *sample);
     *exit = 0;

@@ -36,8 +36,7 @@ int tell(const Error& error, bool as_json) {
     nlohmann::json problems = nlohmann::json::array();
     for (const auto& p : error.problems) problems.push_back({{"where", p.where}, {"what", p.what}});
     const nlohmann::json text = {{"exit", exit_code(error.fault)}, {"problems", problems}};
-    fmt::print(stderr, "{}\n",
-               text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    fmt::print(stderr, "{}\n", text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     return exit_code(error.fault);
   }
   for (const auto& p : error.problems) {

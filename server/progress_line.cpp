@@ -39,8 +39,7 @@ std::string ProgressLine::text(const bake::Progress& p) const {
     return fmt::format("elevations {} {:3.0f} %", bar(p.ingest), 100 * p.ingest);
   }
   if (p.phase != Phase::tiles) return "measuring errors, writing the index";
-  const double part =
-      p.total == 0 ? 1 : static_cast<double>(p.done) / static_cast<double>(p.total);
+  const double part = p.total == 0 ? 1 : static_cast<double>(p.done) / static_cast<double>(p.total);
   auto line = fmt::format("tiles {} {}/{}", bar(part), p.done, p.total);
   const auto baked = p.done - p.reused;
   const double elapsed = std::chrono::duration<double>(Clock::now() - tiles_started_).count();
@@ -59,8 +58,8 @@ void ProgressLine::show(const bake::Progress& p) {
   if (new_phase && p.phase == Phase::tiles) tiles_started_ = now;
   phase_ = p.phase;
   if (style_ == Style::off || p.phase == Phase::done) return;
-  const auto pause = style_ == Style::bar ? std::chrono::milliseconds(100)
-                                          : std::chrono::milliseconds(5000);
+  const auto pause =
+      style_ == Style::bar ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
   const bool last = p.phase == Phase::tiles && p.done == p.total;
   if (!new_phase && !last && now - shown_ < pause) return;
   shown_ = now;

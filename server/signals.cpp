@@ -1,7 +1,8 @@
 #include "server/signals.hpp"
 
-#include <csignal>
 #include <unistd.h>
+
+#include <csignal>
 
 namespace hoodoo {
 namespace {
@@ -13,7 +14,7 @@ sigset_t waited_for() {
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
-  sigaddset(&set, SIGUSR2);   // the destructor's own
+  sigaddset(&set, SIGUSR2);  // the destructor's own
   return set;
 }
 

@@ -38,7 +38,8 @@ class BoundedHandler {
   bool end_array() { return close(); }
   bool key(string_t& v) {
     if (stack_.back()->contains(v)) {
-      throw Error(Fault::bad_input, where_, fmt::format("has the key \"{}\" twice", v.substr(0, 80)));
+      throw Error(Fault::bad_input, where_,
+                  fmt::format("has the key \"{}\" twice", v.substr(0, 80)));
     }
     key_ = std::move(v);
     return true;

@@ -11,8 +11,8 @@ namespace hoodoo {
 /// n simplex noise scaled and clamped to [0,1], o_k an offset per octave that depends on the seed.
 /// Source: Paris et al. 2019, section 4.1; range and offsets as DESIGN section 3 mends them.
 struct Turbulence {
-  double wavelength = 10;   // [m], > 0
-  int octaves = 3;          // 1 to 12
+  double wavelength = 10;  // [m], > 0
+  int octaves = 3;         // 1 to 12
   std::uint32_t seed = 0;
 };
 

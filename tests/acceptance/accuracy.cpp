@@ -34,25 +34,31 @@ namespace {
 constexpr std::size_t wanted_points = 10000;
 
 struct Statistics {
-  std::vector<float> offsets;         // of vertices, in spacings
+  std::vector<float> offsets;  // of vertices, in spacings
   std::size_t random_points = 0, broken = 0;
-  double worst_excess = -1e30;        // [spacings], shipped less unsimplified less stated
-  double stated = 0;                  // largest stated error [spacings]
+  double worst_excess = -1e30;  // [spacings], shipped less unsimplified less stated
+  double stated = 0;            // largest stated error [spacings]
 };
 
-/// Upper bound on the distance from `p` to z = h(x, y), by steps along the gradient of h - z.
-double distance_to(const dem::Window& window, Vec3 p) {
-  const Vec3 start = p;
-  for (int i = 0; i < 12; ++i) {
-    const auto h = window.at(p.x, p.y);
-    const double f = h.h - p.z, slope2 = h.hx * h.hx + h.hy * h.hy + 1;
-    const double step = f / slope2;
-    p = p - Vec3{h.hx * step, h.hy * step, -step};
-    if (std::abs(step) < 1e-9) break;
+/// Upper bound on the distance from `p` to z = h(x, y): to the nearest of samples of the elevations
+/// around it, on a lattice that closes in on the best so far until it is fine to a 500th of the
+/// first reach, itself no longer than the vertical distance.
+double distance_to(const dem::Window& window, const Vec3& p, double spacing) {
+  double best = std::abs(window.height(p.x, p.y) - p.z);
+  if (best < 0.02 * spacing) return best;
+  constexpr int half = 6;
+  double x = p.x, y = p.y, reach = best;
+  for (int round = 0; round < 4; ++round, reach /= half - 1) {
+    const double cx = x, cy = y;
+    for (int j = -half; j <= half; ++j) {
+      for (int i = -half; i <= half; ++i) {
+        const double u = cx + i * reach / half, v = cy + j * reach / half;
+        const double d = length(Vec3{u, v, window.height(u, v)} - p);
+        if (d < best) best = d, x = u, y = v;
+      }
+    }
   }
-  const auto h = window.at(p.x, p.y);
-  return std::min(length(p - start) + std::abs(h.h - p.z),
-                  std::abs(window.height(start.x, start.y) - start.z));
+  return best;
 }
 
 std::vector<Vec3> in_metres(const surface::Surface& s, const Vec3& origin, double step) {
@@ -80,8 +86,8 @@ class Tile {
     const auto volume = volume::sample(land);
     const double step = slice_.step();
     for (int a = 0; a < 3; ++a) {
-      origin_[a] = static_cast<double>(volume.low()[static_cast<std::size_t>(a)]) *
-                   slice_.spacing();
+      origin_[a] =
+          static_cast<double>(volume.low()[static_cast<std::size_t>(a)]) * slice_.spacing();
     }
     const auto whole = surface::polygonize(volume, slice_.lattice.units());
     const auto simple = lod::simplify(whole, slice_.simplify / step);
@@ -96,7 +102,8 @@ class Tile {
   void measure_vertices(Statistics& all) const {
     for (const auto& p : whole_points_) {
       if (touched(supports_, p, slice_.spacing())) continue;
-      all.offsets.push_back(static_cast<float>(distance_to(window_, p) / slice_.spacing()));
+      all.offsets.push_back(
+          static_cast<float>(distance_to(window_, p, slice_.spacing()) / slice_.spacing()));
     }
   }
 
@@ -113,8 +120,8 @@ class Tile {
       if (!inside(x, y) || touched(supports_, p, 2 * slice_.spacing())) continue;
       ++all.random_points;
       std::uint32_t hint = 0, other = 0;
-      const double excess = std::sqrt(simple.beyond(p, 0, hint)) -
-                            std::sqrt(whole.beyond(p, 0, other)) - stated_;
+      const double excess =
+          std::sqrt(simple.beyond(p, 0, hint)) - std::sqrt(whole.beyond(p, 0, other)) - stated_;
       all.worst_excess = std::max(all.worst_excess, excess / slice_.spacing());
       if (excess > 1e-9) ++all.broken;
     }
@@ -175,8 +182,8 @@ int main(int argc, char** argv) try {
   for (std::size_t i = 0; i < leaves.size(); i += stride) {
     const Tile tile(scene, plan.lattice, leaves[i], supports);
     tile.measure_vertices(all);
-    // Half the tiles of a ragged world may lie over holes: ask for more than the share.
-    tile.measure_points(all, 2 * wanted_points / used + 1, i);
+    // Half the tiles of a ragged world may lie over holes: ask for more than their share.
+    tile.measure_points(all, 4 * wanted_points / used + 1, i);
   }
   std::sort(all.offsets.begin(), all.offsets.end());
   double mean = 0;
@@ -185,7 +192,8 @@ int main(int argc, char** argv) try {
   mean /= static_cast<double>(std::max<std::size_t>(n, 1));
   const double p999 = n == 0 ? 0 : all.offsets[(n - 1) * 999 / 1000];
   const double largest = n == 0 ? 0 : all.offsets.back();
-  const bool good = n > 0 && mean <= 0.03 && p999 <= 0.2 && all.broken == 0;
+  const bool good =
+      n > 0 && all.random_points > 0 && mean <= 0.03 && p999 <= 0.2 && all.broken == 0;
   fmt::print(
       "{{\"scene\": \"{}\", \"tiles\": {}, \"of\": {}, \"vertices\": {}, \"mean\": {:.5f}, "
       "\"p999\": {:.5f}, \"largest\": {:.4f}, \"points\": {}, \"broken\": {}, "

@@ -89,9 +89,10 @@ class Run {
     index_.levels = plan.levels;
     index_.planned = plan.tiles;
     index_.materials = scene_.ground.materials;
-    if (settings_.only && !std::binary_search(plan.tiles.begin(), plan.tiles.end(),
-                                              *settings_.only)) {
-      throw Error(Fault::bad_input, "--only", settings_.only->text() + " is not a tile of this bake");
+    if (settings_.only &&
+        !std::binary_search(plan.tiles.begin(), plan.tiles.end(), *settings_.only)) {
+      throw Error(Fault::bad_input, "--only",
+                  settings_.only->text() + " is not a tile of this bake");
     }
     watch_.change([&](Progress& p) {
       p.phase = Progress::Phase::tiles;
@@ -116,8 +117,7 @@ class Run {
 
   /// The index of what is finished; `sweep` removes what it does not name.
   void index(bool sweep) {
-    const auto errors =
-        tileset::measure_errors(index_, folder_, settings_.threads, settings_.stop);
+    const auto errors = tileset::measure_errors(index_, folder_, settings_.threads, settings_.stop);
     auto files = tileset::write_index(index_, errors, folder_);
     if (!sweep) return;
     std::set<fs::path> keep(files.begin(), files.end());
@@ -176,7 +176,7 @@ class Run {
   const Settings& settings_;
   Watch watch_;
   scene::Scene scene_;
-  tileset::Bake index_;   // its records grow under the watch's lock
+  tileset::Bake index_;  // its records grow under the watch's lock
   std::chrono::steady_clock::time_point shown_{};
 };
 
@@ -185,9 +185,9 @@ class Run {
 Report run(const json& scene, const scene::Sources& sources, const fs::path& folder,
            const Settings& settings) {
   Run run(folder, settings);
-  run.open(scene, sources);   // elevations in the scene frame, every value resolved
-  run.plan();                 // tile keys
-  run.bake_tiles();           // each: slice, field, volume, surface, lod, glb, store
+  run.open(scene, sources);  // elevations in the scene frame, every value resolved
+  run.plan();                // tile keys
+  run.bake_tiles();          // each: slice, field, volume, surface, lod, glb, store
   run.announce_index();
   run.index(run.complete());  // measured errors, tilesets, bake.json
   return run.report();

@@ -16,17 +16,17 @@ namespace hoodoo::bake {
 /// How far a bake is.
 struct Progress {
   enum class Phase { ingest, tiles, index, done } phase = Phase::ingest;
-  double ingest = 0;                       // fraction
-  std::uint64_t done = 0, total = 0;       // tiles
-  std::uint64_t reused = 0;                // of `done`, those found finished
+  double ingest = 0;                  // fraction
+  std::uint64_t done = 0, total = 0;  // tiles
+  std::uint64_t reused = 0;           // of `done`, those found finished
   std::uint64_t triangles = 0, bytes = 0;
 };
 
 struct Settings {
   int threads = 1;
-  std::size_t memory = std::size_t{1024} << 20;   // [bytes]
+  std::size_t memory = std::size_t{1024} << 20;  // [bytes]
   std::optional<plan::Key> only;
-  bool force = false;                             // bake tiles again that are finished
+  bool force = false;  // bake tiles again that are finished
   std::stop_token stop;
   /// Called from any thread, not at the same time twice.
   std::function<void(const Progress&)> progress;
@@ -37,7 +37,7 @@ struct Settings {
 struct Report {
   Progress progress;
   std::vector<std::string> warnings;
-  bool complete = false;                          // every planned tile is there
+  bool complete = false;  // every planned tile is there
 };
 
 /// Bakes `scene` (JSON, with files as `sources` allows) into `folder`. What is finished there from

@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 void add_to_box(Box& box, const surface::Mesh& mesh, const slice::StepPoint& origin, double step) {
   for (const auto& p : mesh.points) {
     box.add(Vec3{static_cast<double>(origin[0] + p[0]) * step,
-             static_cast<double>(origin[1] + p[1]) * step,
-             static_cast<double>(origin[2] + p[2]) * step});
+                 static_cast<double>(origin[1] + p[1]) * step,
+                 static_cast<double>(origin[2] + p[2]) * step});
   }
 }
 
@@ -88,7 +88,7 @@ std::optional<tileset::Record> find_finished(const Digest& hash, const fs::path&
     const auto size = fs::file_size(folder / store::tile_path(record.content), error);
     return !error && size == record.bytes ? std::optional(std::move(record)) : std::nullopt;
   } catch (const Error&) {
-    return std::nullopt;   // a damaged record is baked again
+    return std::nullopt;  // a damaged record is baked again
   }
 }
 

@@ -81,11 +81,11 @@ Plan make(const scene::Scene& scene) {
   const Range x = tiles_over(extent.min.x, extent.max.x, size);
   const Range y = tiles_over(extent.min.y, extent.max.y, size);
   if (x.high - x.low > most_tiles / (y.high - y.low)) {
-    throw Error(Fault::limit, "/bake/spacing",
-                fmt::format("{} m over {:.0f} x {:.0f} m gives {} x {} tiles, the limit is {}",
-                            plan.lattice.spacing0, extent.max.x - extent.min.x,
-                            extent.max.y - extent.min.y, x.high - x.low, y.high - y.low,
-                            most_tiles));
+    throw Error(
+        Fault::limit, "/bake/spacing",
+        fmt::format("{} m over {:.0f} x {:.0f} m gives {} x {} tiles, the limit is {}",
+                    plan.lattice.spacing0, extent.max.x - extent.min.x, extent.max.y - extent.min.y,
+                    x.high - x.low, y.high - y.low, most_tiles));
   }
   std::set<Key> keys;
   for (std::int64_t j = y.low; j < y.high; ++j) {

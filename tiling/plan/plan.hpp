@@ -17,7 +17,7 @@ struct Key {
   int level = 0;
   std::int64_t x = 0, y = 0;
 
-  std::string text() const;                             // "L/X/Y"
+  std::string text() const;  // "L/X/Y"
   static std::optional<Key> parse(std::string_view text);
   Key parent() const { return {level + 1, x >> 1, y >> 1}; }
   friend auto operator<=>(const Key&, const Key&) = default;
@@ -26,11 +26,11 @@ struct Key {
 /// The lattice anchored at the scene origin: level L has the spacing s_L = 2^L s_0, and vertices
 /// stand on multiples of step_L = 2^L step_0.
 struct Lattice {
-  double spacing0 = 1;        // s_0 [m], a multiple of step0
-  double step0 = 1.0 / 256;   // [m], a power of two
+  double spacing0 = 1;       // s_0 [m], a multiple of step0
+  double step0 = 1.0 / 256;  // [m], a power of two
   int tile_cells = 128;
 
-  int units() const { return static_cast<int>(spacing0 / step0); }   // steps per cell, 256 to 511
+  int units() const { return static_cast<int>(spacing0 / step0); }  // steps per cell, 256 to 511
   double spacing(int level) const { return spacing0 * scale(level); }
   double step(int level) const { return step0 * scale(level); }
   static double scale(int level) { return static_cast<double>(std::int64_t{1} << level); }
@@ -42,7 +42,7 @@ struct Lattice {
 struct Plan {
   Lattice lattice;
   int levels = 1;
-  std::vector<Key> tiles;   // sorted; every tile's parent is there, up to one root
+  std::vector<Key> tiles;  // sorted; every tile's parent is there, up to one root
 };
 
 /// Plans the tiles that can hold a surface: those over valid elevations, and their ancestors.

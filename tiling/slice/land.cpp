@@ -43,8 +43,8 @@ const tree::Field& Land::field(const BlockIndex& block) {
     const Vec3 origin = Vec3{static_cast<double>(block.x), static_cast<double>(block.y),
                              static_cast<double>(block.z)} *
                         size;
-    field = tree::compile(slice_.ground, windows_, origin,
-                          {origin, origin + Vec3{size, size, size}});
+    field =
+        tree::compile(slice_.ground, windows_, origin, {origin, origin + Vec3{size, size, size}});
   }
   return *field;
 }

@@ -56,8 +56,8 @@ Slice cut(const scene::Scene& scene, const plan::Lattice& lattice, const plan::K
   const Box near = reach(lattice, key);
   for (const auto& pyramid : scene.pyramids) {
     const int level = pyramid->level_for(slice.spacing());
-    slice.elevations.push_back({level, pyramid->levels()[static_cast<std::size_t>(level)],
-                                pyramid->chunks(level, near)});
+    slice.elevations.push_back(
+        {level, pyramid->levels()[static_cast<std::size_t>(level)], pyramid->chunks(level, near)});
   }
   slice.ground = tree::prune(scene.ground, near, slice.spacing() / 2);
   return slice;

@@ -16,20 +16,20 @@ namespace hoodoo::slice {
 
 /// The elevations one body brings to a tile.
 struct Elevations {
-  int level = 0;                    // of the body's pyramid
+  int level = 0;  // of the body's pyramid
   dem::Pyramid::Level grid;
-  std::vector<Digest> chunks;       // in reach of the tile
+  std::vector<Digest> chunks;  // in reach of the tile
 };
 
 /// The only input of a tile. Equal slices give equal bytes, everywhere.
 struct Slice {
   plan::Key key;
   plan::Lattice lattice;
-  Box world;                        // x and y of the world [m]
-  std::string profile;              // draco | plain
-  double simplify = 0;              // largest error of simplification [m]; 0: none
-  std::vector<Elevations> elevations;   // one per ground.bodies
-  tree::Ground ground;              // pruned to `reach`
+  Box world;                           // x and y of the world [m]
+  std::string profile;                 // draco | plain
+  double simplify = 0;                 // largest error of simplification [m]; 0: none
+  std::vector<Elevations> elevations;  // one per ground.bodies
+  tree::Ground ground;                 // pruned to `reach`
 
   double spacing() const { return lattice.spacing(key.level); }
   double step() const { return lattice.step(key.level); }

@@ -11,7 +11,7 @@ namespace hoodoo::volume {
 /// Preserving Minmax Optimality (ITP), with kappa_1 = 0.2, kappa_2 = 2, n_0 = 1.
 class RootFinder {
  public:
-  static constexpr double tolerance = 1e-4;   // width of the last bracket, in edges
+  static constexpr double tolerance = 1e-4;  // width of the last bracket, in edges
 
   RootFinder() = default;
   /// `low` and `high` are the values at t = 0 and t = 1 less the iso value; their signs differ.
@@ -27,8 +27,7 @@ class RootFinder {
     const double slack = 0.2 * width * width;
     const double secant = (f_high_ * low_ - f_low_ * high_) / (f_high_ - f_low_);
     const double side = middle >= secant ? 1 : -1;
-    const double truncated =
-        slack <= std::abs(middle - secant) ? secant + side * slack : middle;
+    const double truncated = slack <= std::abs(middle - secant) ? secant + side * slack : middle;
     return std::abs(truncated - middle) <= reach ? truncated : middle - side * std::max(reach, 0.0);
   }
   /// The value there less the iso value; solid where it is above zero.
@@ -45,7 +44,7 @@ class RootFinder {
 
  private:
   double low_ = 0, high_ = 1, f_low_ = -1, f_high_ = 1;
-  double room_ = 32768;   // 2^(n_1/2 + n_0) for a bracket of 1 and the tolerance above
+  double room_ = 32768;  // 2^(n_1/2 + n_0) for a bracket of 1 and the tolerance above
 };
 
 }  // namespace hoodoo::volume

@@ -14,7 +14,7 @@ namespace hoodoo::volume {
 namespace {
 
 constexpr double iso = 0.5;
-constexpr double nearest_end = 1.0 / 256;   // a crossing that its owner does not bracket
+constexpr double nearest_end = 1.0 / 256;  // a crossing that its owner does not bracket
 
 Vec3f to_float(const Vec3& v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
@@ -318,9 +318,9 @@ class Sampler {
   slice::Land& land_;
   Volume& volume_;
   double spacing_;
-  std::vector<double> heights_;   // of the block column at hand, once asked for
+  std::vector<double> heights_;  // of the block column at hand, once asked for
   const dem::Window* heights_of_ = nullptr;
-  std::vector<Edge> edges_;       // of the block at hand
+  std::vector<Edge> edges_;  // of the block at hand
   std::vector<std::size_t> active_;
   std::vector<float> x_, y_, z_, value_;
   std::vector<int> material_;

@@ -12,7 +12,8 @@ TEST(Key, ReadsWhatItWrites) {
 }
 
 TEST(Key, RefusesWhatIsNoKey) {
-  for (const auto* text : {"", "3", "3/1", "3/1/2/4", "3/1/2 ", "a/1/2", "-1/0/0", "3//2", "3/1/"}) {
+  for (const auto* text :
+       {"", "3", "3/1", "3/1/2/4", "3/1/2 ", "a/1/2", "-1/0/0", "3//2", "3/1/"}) {
     EXPECT_EQ(Key::parse(text), std::nullopt) << text;
   }
 }

@@ -53,8 +53,10 @@ class Slices : public testing::Test {
 TEST_F(Slices, ChangeExactlyForTheTilesAnEditReaches) {
   const auto small = open(20), large = open(25);
   const auto lattice = lattice_of(small);
-  EXPECT_NE(slice::cut(small, lattice, {0, 0, 0}).hash(), slice::cut(large, lattice, {0, 0, 0}).hash());
-  EXPECT_EQ(slice::cut(small, lattice, {0, 2, 2}).hash(), slice::cut(large, lattice, {0, 2, 2}).hash());
+  EXPECT_NE(slice::cut(small, lattice, {0, 0, 0}).hash(),
+            slice::cut(large, lattice, {0, 0, 0}).hash());
+  EXPECT_EQ(slice::cut(small, lattice, {0, 2, 2}).hash(),
+            slice::cut(large, lattice, {0, 2, 2}).hash());
 }
 
 TEST_F(Slices, LeaveOutAnOperationThatDoesNotReachTheTile) {
@@ -74,7 +76,8 @@ TEST_F(Slices, HaveBytesThatAreJsonWithoutAnyPath) {
 TEST_F(Slices, OpenedAsALandGiveNeighboursTheSameNormalsOnTheirBorder) {
   const auto scene = open(20);
   const auto lattice = lattice_of(scene);
-  const auto west = slice::cut(scene, lattice, {0, 0, 0}), east = slice::cut(scene, lattice, {0, 1, 0});
+  const auto west = slice::cut(scene, lattice, {0, 0, 0}),
+             east = slice::cut(scene, lattice, {0, 1, 0});
   slice::Land a(west, scene.pyramids), b(east, scene.pyramids);
   std::vector<slice::StepPoint> points;
   const std::int64_t x = 64L * lattice.units();
