@@ -24,7 +24,7 @@
 #include "tiling/lod/lod.hpp"
 #include "tiling/plan/plan.hpp"
 #include "tiling/slice/land.hpp"
-#include "tiling/surface/surface.hpp"
+#include "tiling/surface/mesh.hpp"
 #include "tiling/volume/volume.hpp"
 
 using namespace hoodoo;
@@ -89,7 +89,7 @@ class Tile {
       origin_[a] =
           static_cast<double>(volume.low()[static_cast<std::size_t>(a)]) * slice_.spacing();
     }
-    const auto whole = surface::polygonize(volume, slice_.lattice.units());
+    const auto whole = surface::extract(volume, land);
     const auto simple = lod::simplify(whole, slice_.simplify / step);
     whole_points_ = in_metres(whole, origin_, step);
     whole_ = whole.triangles;

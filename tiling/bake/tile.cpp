@@ -53,7 +53,7 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
 
   slice::Land land(slice, pyramids);
   const auto volume = volume::sample(land);
-  const auto whole = surface::polygonize(volume, slice.lattice.units());
+  const auto whole = surface::extract(volume, land);
   record.empty = whole.triangles.empty();
   if (!record.empty) {
     const auto [surface, error] = lod::simplify(whole, slice.simplify / slice.step());

@@ -124,6 +124,32 @@ std::vector<Vec3f> Land::normals(std::span<const StepPoint> points) {
   return normals;
 }
 
+std::vector<Vec3> Land::steps_to_surface(std::span<const StepPoint> points) {
+  std::vector<Vec3> steps(points.size());
+  std::vector<float> value, gx, gy, gz;
+  const auto newton = [](double above, const Vec3& gradient) {
+    const double squared = dot(gradient, gradient);
+    return squared > 0 ? gradient * (-above / squared) : Vec3{};
+  };
+  by_owner(points, [&](const BlockIndex& block, auto indices, const tree::Points& at) {
+    const auto n = at.size();
+    if (const dem::Window* window = field(block).height_field()) {
+      for (const auto i : indices) {
+        const Vec3 p = metres(points[i]);
+        const auto h = window->at(p.x, p.y);
+        steps[i] = newton(h.h - p.z, {h.hx, h.hy, -1});
+      }
+      return;
+    }
+    value.resize(n), gx.resize(n), gy.resize(n), gz.resize(n);
+    field(block).gradients(at, value, {gx, gy, gz});
+    for (std::size_t i = 0; i < n; ++i) {
+      steps[indices[i]] = newton(value[i] - 0.5, {gx[i], gy[i], gz[i]});
+    }
+  });
+  return steps;
+}
+
 std::vector<float> Land::resistances(std::span<const StepPoint> points) {
   std::vector<float> result(points.size()), value;
   by_owner(points, [&](const BlockIndex& block, auto indices, const tree::Points& at) {

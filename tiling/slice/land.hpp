@@ -42,6 +42,9 @@ class Land {
 
   /// Unit outward normals at `points`, by their owners' gradients; +z where there is none.
   std::vector<Vec3f> normals(std::span<const StepPoint> points);
+  /// Newton's step [m] from each point towards the surface F = 1/2, by their owners' fields; zero
+  /// where there is no gradient.
+  std::vector<Vec3> steps_to_surface(std::span<const StepPoint> points);
   /// rho in [0,1] at `points`.
   std::vector<float> resistances(std::span<const StepPoint> points);
   /// F at `points`.

@@ -9,6 +9,12 @@
 
 namespace hoodoo::surface {
 
+/// The surface of `volume`, sampled from `land`: polygonize with vertices that stand nearer the
+/// field than the crossings alone can tell. Where the ground turns within a cell, as on a cliff a
+/// sample wide, the planes at the crossings meet off the surface; Newton's step takes the vertex
+/// back towards it, inside its cell. A step that does not help is not taken.
+Surface extract(const volume::Volume& volume, slice::Land& land);
+
 /// A surface ready to be written: one vertex per point and material, so that a triangle's three
 /// vertices carry one material.
 struct Mesh {

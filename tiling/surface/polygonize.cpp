@@ -185,10 +185,12 @@ class Mesher {
 
 }  // namespace
 
-Surface polygonize(const volume::Volume& volume, int units) {
+Surface polygonize(const volume::Volume& volume, int units,
+                   const std::function<void(std::span<Point>)>& settle) {
   assert(units >= 256);
   Surface surface;
   Mesher mesher(volume, units, surface);
+  if (settle) settle(surface.points);
   volume.for_each_crossing([&](int axis, const Index& low) { mesher.add_polygons(axis, low); });
   return surface;
 }

@@ -1,6 +1,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "tiling/volume/volume.hpp"
@@ -20,9 +22,12 @@ enum Plane : std::uint8_t {
   world_edge = 64
 };
 
+/// Steps from the low corner of a volume.
+using Point = std::array<std::int32_t, 3>;
+
 /// A triangle surface on the lattice of steps.
 struct Surface {
-  std::vector<std::array<std::int32_t, 3>> points;      // steps from the volume's low corner
+  std::vector<Point> points;                            // steps from the volume's low corner
   std::vector<std::uint8_t> planes;                     // per point: Plane bits
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the air
   std::vector<std::uint16_t> materials;                 // per triangle
@@ -42,6 +47,11 @@ struct Surface {
 /// Errors: none. A volume without a crossing gives an empty surface.
 /// Source: Schaefer, Ju, Warren 2007, Manifold Dual Contouring (sheets); Ju et al. 2002, Dual
 /// Contouring of Hermite Data (QEF); DESIGN section 5 for borders, flips, nudges and diagonals.
-Surface polygonize(const volume::Volume& volume, int units);
+///
+/// `settle`, where given, may move the vertices of the cells before triangles are made, each inside
+/// its own cell by one step at least; two of one cell must not meet. Those of a cell are neighbours
+/// in the span.
+Surface polygonize(const volume::Volume& volume, int units,
+                   const std::function<void(std::span<Point>)>& settle = {});
 
 }  // namespace hoodoo::surface
