@@ -168,7 +168,7 @@ void make_level_0(const Recipe& recipe, LevelFacts& level, ChunkFile& file,
 
 /// The mean of the valid ones of each 2 x 2 pixels of `fine`, 512 x 512.
 void halve(const std::vector<float>& fine, std::vector<float>& coarse) {
-  constexpr std::size_t side = 2 * chunk_side;
+  constexpr std::size_t side = 2 * std::size_t{chunk_side};
   for (std::size_t j = 0; j < chunk_side; ++j) {
     for (std::size_t i = 0; i < chunk_side; ++i) {
       const float* const from = fine.data() + 2 * j * side + 2 * i;

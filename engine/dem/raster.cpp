@@ -34,7 +34,7 @@ struct NoData {
     } else {
       // One past the largest is exact as a double, the largest itself may not be.
       const double low = static_cast<double>(std::numeric_limits<T>::min());
-      const double end = 2 * static_cast<double>(std::numeric_limits<T>::max() / 2 + 1);
+      const double end = std::ldexp(1.0, std::numeric_limits<T>::digits);
       if (!(*tag >= low && *tag <= end)) return;
       mark = *tag >= end ? std::numeric_limits<T>::max() : static_cast<T>(*tag);
       given = static_cast<double>(mark) == *tag;

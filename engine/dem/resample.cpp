@@ -178,7 +178,7 @@ float Resampler::value(const Point& p) const {
   std::array<double, 16> s{};
   for (int k = 0; k < 16; ++k) s[static_cast<std::size_t>(k)] = row[k / 4 * columns_ + k % 4];
   complete(s);
-  for (int k = 0; k < 4; ++k) across[k] = weighted(wx, s.data() + 4 * k);
+  for (int k = 0; k < 4; ++k) across[k] = weighted(wx, s.data() + std::ptrdiff_t{4} * k);
   return static_cast<float>(weighted(wy, across));
 }
 
@@ -200,7 +200,8 @@ void Resampler::interpolate(std::int64_t i0, std::int64_t j0, int width, int hei
   for (int j = 0; j < height; ++j) {
     for (int i = 0; i < width; ++i) {
       out[std::ptrdiff_t{j} * stride + i] =
-          columns_ ? value(points[static_cast<std::size_t>(j * width + i)])
+          columns_ ? value(points[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) +
+                                  static_cast<std::size_t>(i)])
                    : std::numeric_limits<float>::quiet_NaN();
     }
   }

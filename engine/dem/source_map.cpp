@@ -72,11 +72,10 @@ Point SourceMap::exact(double i, double j) const {
 const SourceMap::Corners& SourceMap::corners(std::int64_t column, std::int64_t row) {
   if (last_ && last_->column == column && last_->row == row) return *last_;
   Corners c{column, row, true, {}};
-  for (int l = 0; l < 4; ++l) {
-    for (int k = 0; k < 4; ++k) {
-      c.points[static_cast<std::size_t>(4 * l + k)] =
-          rounded(exact(static_cast<double>((column - 1 + k) * patch),
-                        static_cast<double>((row - 1 + l) * patch)));
+  auto* point = c.points.data();
+  for (auto l = row - 1; l <= row + 2; ++l) {
+    for (auto k = column - 1; k <= column + 2; ++k) {
+      *point++ = rounded(exact(static_cast<double>(k * patch), static_cast<double>(l * patch)));
     }
   }
   for (const auto& [i, j] : {std::pair{32, 32}, {12, 12}, {52, 12}, {12, 52}, {52, 52}}) {
