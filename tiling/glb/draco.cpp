@@ -24,7 +24,7 @@ constexpr int significand_bits = 24;
 
 template <class Value>
 int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType data,
-                  std::int8_t components, bool normalized, const std::vector<Value>& values) {
+                  std::uint8_t components, bool normalized, const std::vector<Value>& values) {
   draco::GeometryAttribute attribute;
   attribute.Init(type, nullptr, components, data, normalized, sizeof(Value), 0);
   const int id = mesh.AddAttribute(attribute, true, static_cast<std::uint32_t>(values.size()));

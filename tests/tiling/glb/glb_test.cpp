@@ -38,7 +38,8 @@ auto corners(const Part& part) {
   for (const auto& t : part.triangles) {
     std::array<Corner, 3> triangle;
     for (std::size_t c = 0; c < 3; ++c) triangle[c] = {part.points[t[c]], part.materials[t[c]]};
-    std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+    std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
+                triangle.end());
     all.push_back(triangle);
   }
   std::ranges::sort(all);
