@@ -59,7 +59,11 @@ Slice cut(const scene::Scene& scene, const plan::Lattice& lattice, const plan::K
     slice.elevations.push_back(
         {level, pyramid->levels()[static_cast<std::size_t>(level)], pyramid->chunks(level, near)});
   }
-  slice.ground = tree::prune(scene.ground, near, slice.spacing() / 2);
+  // A finite box tells more: how far single precision can carry an influence grows with the box.
+  Box pruned_to = near;
+  pruned_to.min.z = scene.extent.min.z - reach_cells * slice.spacing();
+  pruned_to.max.z = scene.extent.max.z + reach_cells * slice.spacing();
+  slice.ground = tree::prune(scene.ground, pruned_to, slice.spacing() / 2);
   return slice;
 }
 

@@ -1,6 +1,7 @@
 #include "tiling/store/store.hpp"
 
 #include <algorithm>
+#include <array>
 #include <system_error>
 
 #include "engine/base/error.hpp"
@@ -13,6 +14,9 @@ namespace fs = std::filesystem;
 
 /// Far above any tile: Draco needs about 2.5 bytes a triangle.
 constexpr std::uintmax_t most_tile_bytes = std::uintmax_t{1} << 30;
+
+/// Where a bake keeps tiles and their records; all else below its folder is somebody else's.
+const std::array<fs::path, 2> swept_folders{"tiles", fs::path(".hoodoo") / "tiles"};
 
 bool holds(const fs::path& file, std::span<const std::byte> bytes) {
   std::error_code error;
@@ -68,15 +72,20 @@ void sweep(const fs::path& folder, const std::set<fs::path>& keep) {
     fs::remove(file, error);
     if (error) fail(file, error);
   };
-  const fs::path tiles = folder / "tiles";
   for (const auto& file : files_below(folder)) {
     const fs::path relative = file.lexically_relative(folder);
-    const bool tile = *relative.begin() == "tiles";
-    if (is_leftover(file) || (tile && !keep.contains(relative))) remove(file);
+    const auto below = [&](const fs::path& swept) {
+      return std::mismatch(swept.begin(), swept.end(), relative.begin(), relative.end()).first ==
+             swept.end();
+    };
+    const bool ours = std::any_of(swept_folders.begin(), swept_folders.end(), below);
+    if (is_leftover(file) || (ours && !keep.contains(relative))) remove(file);
   }
-  if (!fs::is_directory(tiles, error)) return;
-  for (const auto& entry : fs::directory_iterator(tiles)) {
-    if (entry.is_directory() && fs::is_empty(entry.path())) remove(entry.path());
+  for (const auto& swept : swept_folders) {
+    if (!fs::is_directory(folder / swept, error)) continue;
+    for (const auto& entry : fs::directory_iterator(folder / swept)) {
+      if (entry.is_directory() && fs::is_empty(entry.path())) remove(entry.path());
+    }
   }
 }
 
