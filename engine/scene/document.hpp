@@ -36,8 +36,4 @@ struct Document {
 /// Reads a scene. The document is fit for use only if `findings` stay empty but for warnings.
 Document read_document(const nlohmann::json& scene, const Sources& sources, Findings& findings);
 
-/// A limit, when `extent` [m] has more samples in plan at `spacing` [m] than can be baked.
-void check_size(double width, double depth, double spacing, const std::string& where,
-                Findings& findings);
-
 }  // namespace hoodoo::scene

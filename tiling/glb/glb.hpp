@@ -15,9 +15,9 @@ namespace hoodoo::glb {
 
 /// What one tile's file holds.
 struct Content {
-  surface::Mesh surface, skirt;                  // the skirt may be empty
-  std::array<std::int64_t, 3> origin{};          // of the points, in steps from the scene origin
-  double step = 1;                               // [m], a power of two
+  surface::Mesh surface, skirt;          // the skirt may be empty
+  std::array<std::int64_t, 3> origin{};  // of the points, in steps from the scene origin
+  double step = 1;                       // [m], a power of two
   std::vector<tree::Material> materials;
 };
 
@@ -34,7 +34,7 @@ std::vector<std::byte> write(const Content& content, std::string_view profile);
 /// A tile's file decoded.
 struct Decoded {
   struct Part {
-    std::vector<std::array<std::int32_t, 3>> points;   // steps from `origin`
+    std::vector<std::array<std::int32_t, 3>> points;  // steps from `origin`
     std::vector<Vec3f> normals;
     std::vector<std::uint16_t> materials;
     std::vector<std::array<std::uint32_t, 3>> triangles;

@@ -73,7 +73,7 @@ Buckets::Cell Buckets::cell(const Vec3& p) const {
   Cell result;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const double at = (p[axis] - low_[axis]) * per_side_;   // the conversion rounds down
+    const double at = (p[axis] - low_[axis]) * per_side_;  // the conversion rounds down
     result[a] = static_cast<std::int32_t>(std::clamp(at, 0.0, static_cast<double>(size_[a] - 1)));
   }
   return result;
@@ -131,8 +131,9 @@ void Buckets::for_each_cell_of_plane(const Corners& triangle, const Vec3& normal
       const double middle =
           a[d] - (normal[u] * (cu - a[u]) + normal[v] * (cv - a[v])) / normal[d] - low_[d];
       const auto clamped = [&](double at) {
-        return static_cast<std::int32_t>(std::clamp(
-            std::floor(at * per_side_), static_cast<double>(low[dd]), static_cast<double>(high[dd])));
+        return static_cast<std::int32_t>(std::clamp(std::floor(at * per_side_),
+                                                    static_cast<double>(low[dd]),
+                                                    static_cast<double>(high[dd])));
       };
       Cell c;
       c[du] = i;

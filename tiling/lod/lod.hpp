@@ -8,7 +8,7 @@ namespace hoodoo::lod {
 
 struct Simplified {
   surface::Surface surface;
-  double error = 0;        // largest distance found between the two, both ways, in steps
+  double error = 0;  // largest distance found between the two, both ways, in steps
 };
 
 /// Removes triangles from the interior, keeping every border edge and vertex, every material

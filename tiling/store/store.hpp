@@ -12,7 +12,7 @@
 namespace hoodoo::store {
 
 /// tiles/<first two digits>/<digest>.glb below `folder`.
-std::filesystem::path tile_path(const Digest& content);   // relative
+std::filesystem::path tile_path(const Digest& content);  // relative
 
 /// Writes a tile unless a file of that name and size is there already. Returns its digest.
 Digest put_tile(const std::filesystem::path& folder, std::span<const std::byte> bytes);

@@ -22,13 +22,13 @@ namespace hoodoo::tileset {
 struct Record {
   plan::Key key;
   Digest slice;
-  bool empty = false;             // no surface in it: no file
+  bool empty = false;  // no surface in it: no file
   Digest content;
   std::uint64_t bytes = 0, vertices = 0, triangles = 0, skirt_triangles = 0;
   Box box;                        // of surface and skirt [m], scene frame
   double simplification = 0;      // measured [m]
   std::uint64_t world_edges = 0;  // edges of the surface that end at the world's edge or a hole
-  std::map<std::string, std::uint64_t> materials;   // triangles by name
+  std::map<std::string, std::uint64_t> materials;  // triangles by name
 
   friend bool operator==(const Record&, const Record&) = default;
 };
@@ -37,15 +37,15 @@ Record record_from_json(const nlohmann::json& json, const std::string& where);
 
 /// What the index says of the whole.
 struct Bake {
-  std::string engine;             // release string
+  std::string engine;  // release string
   std::string scene_name;
-  Digest scene;                   // of the resolved scene
+  Digest scene;  // of the resolved scene
   dem::Frame frame;
   plan::Lattice lattice;
   int levels = 1;
   std::vector<plan::Key> planned;
   std::vector<tree::Material> materials;
-  std::vector<Record> records;    // finished tiles, any order
+  std::vector<Record> records;  // finished tiles, any order
 };
 
 /// Measures every tile's geometricError from the finished files, bottom-up: two-sided distance
@@ -66,7 +66,7 @@ std::vector<std::filesystem::path> write_index(const Bake& bake,
 struct Verification {
   std::vector<Problem> problems;
   std::uint64_t tiles = 0, triangles = 0, border_vertices = 0, open_edges = 0;
-  std::map<int, std::int64_t> euler;   // Euler characteristic of each level, welded
+  std::map<int, std::int64_t> euler;  // Euler characteristic of each level, welded
 };
 /// Checks a finished bake as a stranger would: every file there with its hash, boxes hold their
 /// contents and their children's, errors fall from parent to child, decoded borders of neighbours

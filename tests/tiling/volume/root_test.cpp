@@ -36,11 +36,13 @@ TEST(RootFinder, EndsWithinItsToleranceForEveryRootOfALine) {
 
 TEST(RootFinder, NeedsAtMostOneEvaluationMoreThanBisection) {
   const double root = 0.7310585;
-  const std::function<double(double)> hard[] = {
-      [=](double t) { return t < root ? 1e-9 : -1.0; },
-      [=](double t) { return t < root ? 1.0 : -1e-9; },
-      [=](double t) { const double d = root - t; return d * d * d * d * d * d * d; },
-      [=](double t) { return t < root ? 1.0 : -1.0; }};
+  const std::function<double(double)> hard[] = {[=](double t) { return t < root ? 1e-9 : -1.0; },
+                                                [=](double t) { return t < root ? 1.0 : -1e-9; },
+                                                [=](double t) {
+                                                  const double d = root - t;
+                                                  return d * d * d * d * d * d * d;
+                                                },
+                                                [=](double t) { return t < root ? 1.0 : -1.0; }};
   for (const auto& f : hard) {
     const auto found = find(f);
     EXPECT_NEAR(found.root, root, RootFinder::tolerance);
