@@ -72,7 +72,7 @@ async function bakeSomewhere(dem, folder, options) {
     const args = ['--json', 'bake', file, '-o', join(folder, 'tiles'), '--threads', options.threads,
                   '--memory', options.memory, '--progress', 'off'];
     const baked = await hoodoo(args);
-    if (baked.code === 2 && /hole/.test(baked.stderr)) continue;
+    if (baked.code === 2 && /no terrain has an elevation/.test(baked.stderr)) continue;
     if (baked.code !== 0) throw new Error(`bake: exit ${baked.code ?? baked.signal}: ${baked.stderr.trim()}`);
     return { ...baked, ...JSON.parse(baked.stdout) };
   }

@@ -77,12 +77,16 @@ function pointIn(box, [u, v, w]) {
   return [x + (2 * u - 1) * hx, y + (2 * v - 1) * hy, z - hz + w * 2 * Math.max(hx, hy)];
 }
 
-async function drawByThree(server, camera) {
+async function drawByThree(server, camera, { skirts = true } = {}) {
   const page = await openPage(browser, server.url);
   const list = (point) => point.join(',');
   await page.goto(`${server.url}/viewer/?tileset=/tileset/tileset.json&noui&bg=magenta&err=${error}` +
                   `&cam=${list(camera.position)}&at=${list(camera.target)}`);
   await page.waitForFunction(() => globalThis.hoodoo?.idle > 10);
+  if (!skirts) {
+    await page.evaluate(() => globalThis.hoodoo.terrain.setLook({ skirts: false }));
+    await page.waitForFunction(() => globalThis.hoodoo.idle > 10);
+  }
   const { shown, errors } = await page.evaluate(() => ({
     shown: globalThis.hoodoo.terrain.visibleTiles.map(({ tile }) => tile.content.uri), errors: globalThis.hoodoo.errors,
   }));
@@ -129,17 +133,20 @@ for (const world of worlds) {
       if (work) await removeFolder(work);
     });
 
-    for (const [name, [from, to]] of Object.entries(world.cameras)) {
-      test(`${name}: no background inside what the leaves cover, and the same silhouette`, async (t) => {
-        const { box, levels } = known;
-        const size = 2 * Math.max(box[3], box[7]);
-        const camera = {
-          position: pointIn(box, from), target: pointIn(box, to), fov, near: size / 2000, far: 10 * size,
-        };
-        await leaves.evaluate((view) => globalThis.drawLeaves(view), camera);
-        const solid = await readMask(leaves);
-        assert.deepEqual(leaves.problems, []);
+    /** The camera for the test and what the leaves cover there. */
+    const look = async ([from, to]) => {
+      const { box } = known;
+      const size = 2 * Math.max(box[3], box[7]);
+      const camera = { position: pointIn(box, from), target: pointIn(box, to), fov, near: size / 2000, far: 10 * size };
+      await leaves.evaluate((view) => globalThis.drawLeaves(view), camera);
+      assert.deepEqual(leaves.problems, []);
+      return { camera, solid: await readMask(leaves) };
+    };
 
+    for (const [name, view] of Object.entries(world.cameras)) {
+      test(`${name}: no background inside what the leaves cover, and the same silhouette`, async (t) => {
+        const { levels } = known;
+        const { camera, solid } = await look(view);
         const drawn = { three: await drawByThree(server, camera), cesium: await drawByCesium(server, camera) };
         for (const [viewer, { mask, shown, problems }] of Object.entries(drawn)) {
           assert.deepEqual(problems, [], viewer);
@@ -156,5 +163,17 @@ for (const world of worlds) {
         assert.ok(share <= most, `the silhouettes differ by ${100 * share} %`);
       });
     }
+
+    test('The measure sees the cracks between levels that skirts close', async (t) => {
+      let found = 0;
+      for (const view of Object.values(world.cameras)) {
+        const { camera, solid } = await look(view);
+        const { mask } = await drawByThree(server, camera, { skirts: false });
+        const { deep, enclosed } = holes(mask, solid, error + 1);
+        found += deep + enclosed;
+      }
+      t.diagnostic(`${found} pixels without skirts`);
+      assert.ok(found > 0);
+    });
   });
 }

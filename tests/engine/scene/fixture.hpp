@@ -10,6 +10,7 @@
 
 #include "engine/scene/sample.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/tree/field.hpp"
 
 namespace hoodoo::scene {
 
@@ -59,6 +60,18 @@ class SceneTest : public testing::Test {
  private:
   static inline Folder* shared_ = nullptr;
 };
+
+/// F of the scene at a point.
+inline float field(const Scene& scene, const Vec3& p) {
+  const Box box = Box{p, p}.grown(1);
+  std::vector<dem::Window> windows;
+  for (const auto& pyramid : scene.pyramids) windows.push_back(pyramid->window(0, box));
+  const auto compiled = tree::compile(scene.ground, windows, p, box);
+  const float zero[] = {0};
+  float out[1];
+  compiled->values({zero, zero, zero}, out);
+  return out[0];
+}
 
 /// "where: what" of every problem.
 inline std::vector<std::string> texts(const std::vector<Problem>& problems) {

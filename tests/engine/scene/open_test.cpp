@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 
 #include "engine/base/file.hpp"
-#include "engine/tree/field.hpp"
 #include "engine/tree/region.hpp"
 #include "tests/engine/scene/fixture.hpp"
 
@@ -25,17 +24,6 @@ class Open : public SceneTest {
   /// Elevation of the first terrain [m].
   static double ground(const Scene& scene, double x, double y) {
     return scene.pyramids[0]->window(0, Box{{x, y, 0}, {x, y, 0}}).height(x, y);
-  }
-  /// F of the scene at a point.
-  static float field(const Scene& scene, const Vec3& p) {
-    const Box box = Box{p, p}.grown(1);
-    std::vector<dem::Window> windows;
-    for (const auto& pyramid : scene.pyramids) windows.push_back(pyramid->window(0, box));
-    const auto compiled = tree::compile(scene.ground, windows, p, box);
-    const float zero[] = {0};
-    float out[1];
-    compiled->values({zero, zero, zero}, out);
-    return out[0];
   }
 };
 

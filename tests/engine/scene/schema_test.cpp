@@ -3,7 +3,6 @@
 #include <cstdlib>
 
 #include "engine/base/file.hpp"
-#include "engine/base/json.hpp"
 #include "engine/scene/brushes.hpp"
 #include "engine/tree/nodes.hpp"
 #include "tests/engine/scene/fixture.hpp"
@@ -56,17 +55,6 @@ TEST(SceneSchema, ListsEveryBrushAndEveryNode) {
   }
   EXPECT_EQ(brushes, std::variant_size_v<AnyBrush>);
   EXPECT_EQ(nodes, std::variant_size_v<tree::AnyNode>);
-}
-
-TEST(Example, IsAGoodScene) {
-  const Folder folder;
-  write_sample_dem(folder / "dem.tif", {});
-  const auto scene = read(HOODOO_SCHEMA_DIR "/examples/first-light/scene.json");
-  std::vector<Problem> warnings;
-  EXPECT_THAT(texts(check(scene, {folder.path(), {}}, &warnings)), testing::IsEmpty());
-  EXPECT_THAT(texts(warnings), testing::IsEmpty());
-  EXPECT_THAT(open(scene, {folder.path(), {}}, {folder / "cache", {}}).warnings,
-              testing::IsEmpty());
 }
 
 }  // namespace
