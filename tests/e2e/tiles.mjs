@@ -22,7 +22,7 @@ const faults = {
   turned: 'edges whose two faces are turned against each other',
   pinched: 'vertices where the surface touches itself',
   openOffLattice: "open edges that lie in no plane of the lattice, so not on the world's edge",
-  cracks: 'lattice columns with an open edge on both sides',
+  cracks: 'lattice columns between two tiles with an open edge on both sides',
   positionMismatches: 'border vertices without a partner in the neighbouring tile',
   normalMismatches: 'border vertices whose partner has another normal',
 };
@@ -52,7 +52,7 @@ export async function check(folder, { workers } = {}) {
   try {
     for (const [number, members] of [...levels].sort(([a], [b]) => a - b)) {
       const lattice = { spacing: spacing * 2 ** number, step: step * 2 ** number, cells };
-      const level = new Level(Math.round(spacing / step));
+      const level = new Level(Math.round(spacing / step), cells);
       await Promise.all(members.map(async ({ file, boxes, record }) => {
         const result = await pool.run({ file, boxes, key: record.key, ...lattice });
         const name = `${relative(folder, file)} (${record.name})`;

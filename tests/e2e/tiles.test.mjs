@@ -35,7 +35,7 @@ const middle = 8 * 17 + 8, eastern = 8 * 17 + 16;   // vertices inside the tile 
 
 const planted = {
   'a border vertex one step off': [inTile('0/0/0', ({ surface }) => { surface.points[eastern][2] += 1 / 256; }),
-                                   /lattice columns with an open edge on both sides/],
+                                   /lattice columns between two tiles with an open edge on both sides/],
   'a border normal turned': [inTile('0/0/0', ({ surface }) => { surface.normals[eastern] = [0, 0, 1]; }),
                              /2 border vertices whose partner has another normal/],
   'a vertex between two steps': [inTile('0/0/0', ({ surface }) => { surface.points[middle][2] += 1 / 1024; }),

@@ -5,14 +5,17 @@ const sides = ['west', 'east', 'south', 'north'];
 export const opposite = { west: 'east', east: 'west', south: 'north', north: 'south' };
 
 /**
- * `units`: steps per lattice cell. Tiles come one by one through `add`; then `finish` says what was found.
+ * `units`: steps per lattice cell; `cells`: along a tile's side. Tiles come one by one through `add`; then `finish` says what was found.
  * Coordinates are whole steps in the scene frame.
  */
 export class Level {
-  constructor(units) {
+  constructor(units, cells) {
     this.units = units;
+    this.size = units * cells;
     this.points = new PointTable();
     this.corners = new Column(Int32Array);
+    this.owners = new Column(Int32Array);   // per face: number of its tile
+    this.tiles = [];
     this.borders = new Map();   // "x/y" -> side -> Map(point -> [normals as text])
     this.degenerate = 0;
   }
@@ -20,6 +23,7 @@ export class Level {
   /** `tile`: {x, y, steps, triangles, borders: side -> {vertices, normals}} as examine.mjs gives it. */
   add(tile) {
     const { steps, triangles } = tile;
+    const owner = this.tiles.push({ x: tile.x, y: tile.y }) - 1;
     const ids = new Int32Array(steps.length / 3);
     for (let i = 0; i < ids.length; ++i) {
       ids[i] = this.points.id(steps[3 * i], steps[3 * i + 1], steps[3 * i + 2]);
@@ -33,6 +37,7 @@ export class Level {
       this.corners.push(a);
       this.corners.push(b);
       this.corners.push(c);
+      this.owners.push(owner);
     }
     const key = `${tile.x}/${tile.y}`;
     const borders = this.borders.get(key) ?? Object.fromEntries(sides.map((s) => [s, new Map()]));
@@ -73,7 +78,7 @@ export class Level {
       fans.unite(c, same ? first : next(first));
       fans.unite(next(c), same ? next(first) : first);
     }
-    const open = this.#openEdges(edges, corner);
+    const open = this.#openEdges(edges);
     const used = new Uint8Array(this.points.count), fanOf = new Int32Array(this.points.count).fill(-1);
     const pinched = new Set();
     for (let c = 0; c < 3 * faces; ++c) {
@@ -97,8 +102,8 @@ export class Level {
   }
 
   /** Edges that have not two faces walking them in opposite directions. */
-  #openEdges(edges, corner) {
-    const { points } = this.points, { units } = this;
+  #openEdges(edges) {
+    const { points } = this.points, { units, size } = this;
     const found = { count: 0, overused: 0, turned: 0, offLattice: 0, inside: 0, cracks: 0, loops: 0 };
     found.at = new Uint8Array(this.points.count);   // 1: on an open edge in a plane of x, 2: of y
     const rims = new DisjointSets(this.points.count), columns = new Map();
@@ -109,8 +114,8 @@ export class Level {
       else if (walks === 2 && edges.up[slot] !== 1) ++found.turned;
       if (walks !== 1) return;
       ++found.count;
-      const a = edges.low[slot], b = edges.high[slot], c = edges.corner[slot];
-      const third = corner[c - (c % 3) + ((c + 2) % 3)];
+      const a = edges.low[slot], b = edges.high[slot];
+      const tile = this.tiles[this.owners.data[Math.floor(edges.corner[slot] / 3)]];
       rims.unite(a, b);
       const onPlane = (k) => points[3 * a + k] === points[3 * b + k] && points[3 * a + k] % units === 0;
       const axes = [0, 1].filter(onPlane);
@@ -121,8 +126,8 @@ export class Level {
         found.at[b] |= 1 << k;
         const plane = points[3 * a + k];
         atEdge ||= plane === outline[k] || plane === outline[2 + k];
-        if (axes.length > 1 || points[3 * third + k] === plane) continue;
-        const side = points[3 * third + k] < plane ? 1 : 2;
+        if (axes.length > 1 || plane % size !== 0) continue;
+        const side = (k === 0 ? tile.x : tile.y) * size === plane ? 2 : 1;
         const along = [points[3 * a + 1 - k], points[3 * b + 1 - k]].sort((p, q) => p - q);
         for (let column = Math.floor(along[0] / units); column * units < along[1]; ++column) {
           const name = `${k} ${plane} ${column}`;
@@ -131,7 +136,8 @@ export class Level {
       }
       if (!atEdge) ++found.inside;
     });
-    // The world ends on one side of a column of the lattice. Open on both sides: a crack.
+    // Where the world ends between two tiles, one of them has nothing in that column of the lattice.
+    // Open on both sides: a crack.
     for (const both of columns.values()) if (both === 3) ++found.cracks;
     for (let i = 0; i < found.at.length; ++i) if (found.at[i] && rims.find(i) === i) ++found.loops;
     return found;
