@@ -1,6 +1,6 @@
 // Renderer, camera, sky and light. The world is in metres, x east, y north, z up.
 import {
-  BackSide, Color, DirectionalLight, Fog, HemisphereLight, Mesh, NeutralToneMapping, NoToneMapping,
+  BackSide, Color, DirectionalLight, Fog, HemisphereLight, Mesh, LinearToneMapping, NoToneMapping,
   PerspectiveCamera, Scene, ShaderMaterial, SphereGeometry, SRGBColorSpace, Vector3, WebGLRenderer,
 } from 'three';
 
@@ -52,8 +52,8 @@ export class Stage {
       canvas, antialias: !this.flat, preserveDrawingBuffer: this.flat,
     });
     this.renderer.outputColorSpace = SRGBColorSpace;
-    this.renderer.toneMapping = this.flat ? NoToneMapping : NeutralToneMapping;
-    this.renderer.toneMappingExposure = 1.05;
+    this.renderer.toneMapping = this.flat ? NoToneMapping : LinearToneMapping;
+    this.renderer.toneMappingExposure = 0.96;
     this.renderer.setPixelRatio(this.flat ? 1 : Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.autoUpdate = false;
     this.camera = new PerspectiveCamera(50, 1, 0.5, 5000);
