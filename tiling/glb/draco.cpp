@@ -65,7 +65,8 @@ draco::Options quantization(const Grid& grid, double step) {
   const double range = static_cast<double>((std::int64_t{1} << grid.bits) - 1) * step;
   draco::Options options;
   options.SetInt("quantization_bits", grid.bits);
-  options.SetString("quantization_origin", fmt::format("{}", fmt::join(grid.origin, " ")));
+  const auto& [x, y, z] = grid.origin;
+  options.SetString("quantization_origin", fmt::format("{} {} {}", x, y, z));
   options.SetString("quantization_range", fmt::format("{}", static_cast<float>(range)));
   return options;
 }
