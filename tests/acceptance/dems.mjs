@@ -87,13 +87,15 @@ async function examine(name, dem, folder, options) {
   const tiles = join(folder, 'tiles');
   const verify = await hoodoo(['verify', tiles]);
   const others = await run(process.execPath, [checker, tiles]);
-  const found = others.stdout ? JSON.parse(others.stdout) : { problems: [others.stderr], problemCount: 1, euler: {} };
+  const found = others.stdout ? JSON.parse(others.stdout)
+    : { problems: [others.stderr], problemCount: 1 };
   if (verify.code !== 0) console.error(`${name}: hoodoo verify:\n${(verify.stdout + verify.stderr).slice(0, 2000)}`);
   if (others.code !== 0) console.error(`${name}: others:\n${found.problems.slice(0, 20).join('\n')}`);
   const ok = verify.code === 0 && others.code === 0 && baked.complete;
   const cells = [
-    name, `${baked.seconds.toFixed(1)} s`, `${baked.peak.toFixed(0)} MiB`, count(baked.tiles),
-    count(found.triangles ?? 0), count(found.bytes ?? 0), Object.values(found.euler)[0] ?? '',
+    name, `${baked.seconds.toFixed(1)} s`, `${baked.processor.toFixed(1)} s`, `${baked.peak.toFixed(0)} MiB`, count(baked.tiles),
+    count(found.triangles ?? 0), count(found.bytes ?? 0),
+    `${found.euler?.[0]} in ${found.components?.[0]}`,
     `${verify.code === 0 ? 'passes' : `exit ${verify.code ?? verify.signal}`}, ${verify.seconds.toFixed(1)} s`,
     others.code === 0
       ? `0 errors, 0 warnings, ${count(found.borderVertices)} border vertices equal, ${others.seconds.toFixed(1)} s`
@@ -113,8 +115,8 @@ const names = (await readdir(source)).filter((name) => name.endsWith('.tif'))
   .filter((name) => wanted.length === 0 || wanted.some((part) => name.includes(part))).sort();
 if (names.length === 0) throw new Error(`no such DEM in ${source}`);
 
-console.log('| DEM | bake | peak memory | tiles | triangles | bytes | Euler of leaves | verify | others\' tools |');
-console.log('|---|---|---|---|---|---|---|---|---|');
+console.log('| DEM | bake | of processors | peak memory | tiles | triangles | bytes | Euler of leaves in pieces | verify | others\' tools |');
+console.log('|---|---|---|---|---|---|---|---|---|---|');
 let failed = 0;
 for (const name of names) {
   const short = name.replace('.tif', '');

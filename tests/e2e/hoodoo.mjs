@@ -14,8 +14,8 @@ export const example = resolve(here, '../../schema/examples/first-light');
 
 /**
  * Runs `hoodoo ...args`. Options: cwd, env (added), kill: {after [ms], signal}, limit [ms] after which it is
- * killed, onStart(child). Gives {code, signal, stdout, stderr, seconds, busy, peak [MiB], overtime}. `busy` [s] is
- * the processor's time where that is less than the clock's, as on a machine that has other things to do.
+ * killed, onStart(child). Gives {code, signal, stdout, stderr, seconds, processor, busy, peak [MiB], overtime}:
+ * by the clock, of processors, and the less of the two, which tells most on a machine with other things to do.
  */
 export function hoodoo(args, options = {}) {
   return run(command, args, options);
@@ -52,7 +52,7 @@ export function run(program, args, { cwd, env = {}, kill, limit, onStart } = {})
     child.on('close', (code, signal) => {
       stop();
       const seconds = (performance.now() - start) / 1000;
-      resolve_({ ...result, code, signal, seconds, busy: Math.min(seconds, processor) });
+      resolve_({ ...result, code, signal, seconds, processor, busy: Math.min(seconds, processor) });
     });
     onStart?.(child);
   });
