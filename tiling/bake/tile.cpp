@@ -26,7 +26,6 @@ void add_to_box(Box& box, const surface::Mesh& mesh, const slice::StepPoint& ori
 }
 
 void count(tileset::Record& record, const glb::Content& content) {
-  record.vertices = content.surface.points.size() + content.skirt.points.size();
   record.triangles = content.surface.triangles.size();
   record.skirt_triangles = content.skirt.triangles.size();
   for (const auto& t : content.surface.triangles) {
@@ -70,6 +69,7 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
     const auto bytes = glb::write(content, slice.profile);
     count(record, content);
     record.bytes = bytes.size();
+    record.vertices = glb::vertices_of(bytes);
     record.content = store::put_tile(folder, bytes);
   }
   write_file(folder / record_path(hash), tileset::to_json(record).dump());

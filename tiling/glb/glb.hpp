@@ -31,6 +31,10 @@ struct Content {
 /// Errors: limit, when the tile is larger than 23 bits of steps, or a point needs more than 24.
 std::vector<std::byte> write(const Content& content, std::string_view profile);
 
+/// Vertices of all primitives in what `write` gave: Draco splits one where parts of a surface meet
+/// in a point alone, so that a file can have more than its content.
+std::uint64_t vertices_of(const std::vector<std::byte>& bytes);
+
 /// A tile's file decoded.
 struct Decoded {
   struct Part {
