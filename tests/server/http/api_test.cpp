@@ -163,7 +163,8 @@ TEST_F(Api, KnowsItsProcessAndNoOther) {
 }
 TEST_F(Api, HasAbsoluteLinksOnly) {
   for (const auto* path : {"/", "/processes", "/processes/bake-terrain", "/jobs"}) {
-    for (const auto& link : get(path)["links"]) {
+    const auto answer = get(path);
+    for (const auto& link : answer["links"]) {
       EXPECT_TRUE(link["href"].get<std::string>().starts_with("http://127.0.0.1:1234/")) << path;
     }
   }
