@@ -27,7 +27,9 @@ class Cells {
     const auto& group = *groups_[group_of({cell[0] >> 4, cell[1] >> 4, cell[2] >> 4})];
     const auto row = static_cast<std::size_t>((cell[2] & 15) * 16 + (cell[1] & 15));
     const unsigned before = group.active[row] & ((1U << (cell[0] & 15)) - 1);
-    const Cell& c = group.cells[static_cast<std::size_t>(group.first[row] + std::popcount(before))];
+    const Cell& c =
+        group
+            .cells[std::size_t{group.first[row]} + static_cast<std::size_t>(std::popcount(before))];
     return c.first_vertex + static_cast<std::uint32_t>(case_of(c.mask, c.flipped).sheet[edge]);
   }
 

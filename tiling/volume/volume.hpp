@@ -74,7 +74,8 @@ class Volume {
     const auto a = static_cast<std::size_t>(axis);
     const auto r = row(p);
     const auto before = static_cast<std::uint16_t>(b.crossed[a][r] & ((1U << (p[0] & 15)) - 1));
-    return b.crossings[static_cast<std::size_t>(b.first[a][r] + std::popcount(before))];
+    return b
+        .crossings[std::size_t{b.first[a][r]} + static_cast<std::size_t>(std::popcount(before))];
   }
 
   /// Block indices covered, low inclusive, high exclusive; block b holds points [16 b, 16 b + 16).
