@@ -64,7 +64,7 @@ std::optional<fs::path> find_file(const std::string& name, const std::string& wh
   folders.insert(folders.end(), sources.roots.begin(), sources.roots.end());
   bool outside = false;
   for (const auto& folder : folders) {
-    const auto real = resolved(folder / name);
+    auto real = resolved(folder / name);
     if (!real && sources.roots.empty()) continue;
     if (!real || !allowed(*real, sources)) {
       outside = true;

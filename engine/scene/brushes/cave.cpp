@@ -37,7 +37,7 @@ tree::Node CaveBrush::build() const {
   hall.radius = chamber;
   hall.turbulence = turbulence;
   return {tree::Union{},
-          {tube(smooth_curve(axis, radius), radius, turbulence), {std::move(hall), {}}}};
+          {tube(smooth_curve(axis, radius), radius, turbulence), {hall, {}}}};
 }
 
 }  // namespace hoodoo::scene

@@ -32,7 +32,7 @@ struct SphereBrush : Stroke {
     ball.radius = radius;
     ball.falloff = falloff.value_or(radius);
     ball.turbulence = turbulence;
-    return {std::move(ball), {}};
+    return {ball, {}};
   }
 };
 

@@ -58,7 +58,7 @@ tree::Node tube(const std::vector<Bead>& chain, const tree::StarTurbulence& turb
     part.to = chain[i + 1].at;
     part.radius = (chain[i].radius + chain[i + 1].radius) / 2;
     part.turbulence = turbulence;
-    parts.push_back({std::move(part), {}});
+    parts.push_back({part, {}});
   }
   return united(std::move(parts));
 }
