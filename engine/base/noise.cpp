@@ -96,6 +96,12 @@ HWY_INLINE void AddCorner(Noise& sum, Floats x, Floats y, Floats z, Words hash) 
   }
 }
 
+/// Not inlined four times over for each instruction set: that would take a compiler minutes under
+/// a sanitizer.
+HWY_NOINLINE void AddCornerApart(Noise& sum, Floats x, Floats y, Floats z, Words hash) {
+  AddCorner<true>(sum, x, y, z, hash);
+}
+
 /// Lattice coordinates as words. What lies beyond any sensible block is held, so that every
 /// instruction set converts it alike.
 HWY_INLINE Words Whole(Floats v) {
@@ -134,17 +140,22 @@ HWY_INLINE Noise Simplex(Floats x, Floats y, Floats z, const Octave& o) {
   const auto move = [&](Floats v, Truth m, Floats by)
                         HWY_ATTR { return hn::Add(hn::Sub(v, hn::IfThenElseZero(m, one)), by); };
   Noise sum{hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-  AddCorner<gradient>(sum, x0, y0, z0, Hash(a, b, c));
-  AddCorner<gradient>(sum, move(x0, high_x, sixth), move(y0, high_y, sixth),
-                      move(z0, high_z, sixth),
-                      Hash(step(a, px, high_x), step(b, py, high_y), step(c, pz, high_z)));
+  const auto add = [&](Floats dx, Floats dy, Floats dz, Words hash) HWY_ATTR {
+    if constexpr (gradient) {
+      AddCornerApart(sum, dx, dy, dz, hash);
+    } else {
+      AddCorner<false>(sum, dx, dy, dz, hash);
+    }
+  };
+  add(x0, y0, z0, Hash(a, b, c));
+  add(move(x0, high_x, sixth), move(y0, high_y, sixth), move(z0, high_z, sixth),
+      Hash(step(a, px, high_x), step(b, py, high_y), step(c, pz, high_z)));
   const Floats twice = hn::Add(sixth, sixth);
-  AddCorner<gradient>(sum, move(x0, not_low_x, twice), move(y0, not_low_y, twice),
-                      move(z0, not_low_z, twice),
-                      Hash(step(a, px, not_low_x), step(b, py, not_low_y), step(c, pz, not_low_z)));
+  add(move(x0, not_low_x, twice), move(y0, not_low_y, twice), move(z0, not_low_z, twice),
+      Hash(step(a, px, not_low_x), step(b, py, not_low_y), step(c, pz, not_low_z)));
   const Floats half = hn::Set(d, 0.5F);
-  AddCorner<gradient>(sum, hn::Sub(x0, half), hn::Sub(y0, half), hn::Sub(z0, half),
-                      Hash(hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz)));
+  add(hn::Sub(x0, half), hn::Sub(y0, half), hn::Sub(z0, half),
+      Hash(hn::Add(a, px), hn::Add(b, py), hn::Add(c, pz)));
   return sum;
 }
 
@@ -176,8 +187,7 @@ HWY_INLINE Noise SumOctaves(const Octave* octaves, std::size_t count, Floats x, 
 }
 
 template <bool gradient>
-HWY_INLINE void Evaluate(const Octave* octaves, std::size_t count, const NoiseArrays& a,
-                         std::size_t n) {
+void Evaluate(const Octave* octaves, std::size_t count, const NoiseArrays& a, std::size_t n) {
   const Tag d;
   const std::size_t lanes = hn::Lanes(d);
   std::size_t i = 0;
@@ -193,23 +203,17 @@ HWY_INLINE void Evaluate(const Octave* octaves, std::size_t count, const NoiseAr
   }
   if (i == n) return;
   // The rest goes through padded copies, by the same instructions.
-  HWY_ALIGN float x[HWY_MAX_BYTES / sizeof(float)] = {}, y[HWY_MAX_BYTES / sizeof(float)] = {},
-                                    z[HWY_MAX_BYTES / sizeof(float)] = {},
-                                    out[HWY_MAX_BYTES / sizeof(float)];
-  std::copy(a.x + i, a.x + n, x);
-  std::copy(a.y + i, a.y + n, y);
-  std::copy(a.z + i, a.z + n, z);
-  const Noise t =
-      SumOctaves<gradient>(octaves, count, hn::Load(d, x), hn::Load(d, y), hn::Load(d, z));
-  const auto put = [&](Floats v, float* into) HWY_ATTR {
-    hn::Store(v, d, out);
-    std::copy(out, out + (n - i), into + i);
-  };
-  put(t.value, a.out);
+  constexpr std::size_t most = HWY_MAX_BYTES / sizeof(float);
+  float in[3][most] = {}, out[4][most];
+  std::copy(a.x + i, a.x + n, in[0]);
+  std::copy(a.y + i, a.y + n, in[1]);
+  std::copy(a.z + i, a.z + n, in[2]);
+  Evaluate<gradient>(octaves, count, {in[0], in[1], in[2], out[0], out[1], out[2], out[3]}, lanes);
+  std::copy(out[0], out[0] + (n - i), a.out + i);
   if constexpr (gradient) {
-    put(t.gx, a.gx);
-    put(t.gy, a.gy);
-    put(t.gz, a.gz);
+    std::copy(out[1], out[1] + (n - i), a.gx + i);
+    std::copy(out[2], out[2] + (n - i), a.gy + i);
+    std::copy(out[3], out[3] + (n - i), a.gz + i);
   }
 }
 
@@ -247,7 +251,8 @@ Octaves octaves_at(const Turbulence& t, const Vec3& origin) {
   Octaves all{};
   all.count = static_cast<std::size_t>(t.octaves);
   for (int o = 0; o < t.octaves; ++o) {
-    const double f = std::ldexp(1 / t.wavelength, o);
+    // Single precision holds no more; so short a wave is nothing but 1/2.
+    const double f = std::min(std::ldexp(1 / t.wavelength, o), 1e15);
     const auto offset = [&](int axis) { return 256 * unit_real(random_bits(t.seed, o, axis)); };
     const Vec3 p = origin * f + Vec3{offset(0), offset(1), offset(2)};
     const double skew = (p.x + p.y + p.z) / 3;

@@ -13,7 +13,7 @@ namespace hoodoo::tree {
 inline constexpr std::size_t batch_size = 256;
 
 /// A construction tree compiled for one block: its values at points relative to the block's origin.
-/// Immutable; any number of threads. Never gives -0 beside a zero child, nor NaN.
+/// Immutable; any number of threads. A 0 may be -0: which of them depends on what was pruned.
 class Kernel {
  public:
   virtual ~Kernel() = default;

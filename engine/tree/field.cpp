@@ -31,7 +31,15 @@ struct Slopes {
   }
 };
 
-/// What an operation makes of F so far and its tree's value, clamped to [0,1].
+/// v in [0,1]. What is no number, because a scene lies beyond single precision, is air.
+template <class T>
+T held(const T& v) {
+  const T least = value_of(v) > 0 ? v : T(0);
+  return value_of(least) < 1 ? least : T(1);
+}
+inline Interval held(const Interval& v) { return clamp(v, 0, 1); }
+
+/// What an operation makes of F so far and its tree's value.
 template <class T>
 T apply(Operation operation, const T& f, const T& tree) {
   const T result = operation == Operation::blend        ? f + tree
@@ -39,7 +47,7 @@ T apply(Operation operation, const T& f, const T& tree) {
                    : operation == Operation::unite      ? larger(f, tree)
                    : operation == Operation::difference ? smaller(f, constant<T>(1) - tree)
                                                         : smaller(f, tree);
-  return clamped(result, 0, 1);
+  return held(result);
 }
 
 /// before + w (after - before): exactly `before` where w is 0 or nothing changed, `after` at 1.
@@ -233,7 +241,7 @@ class BlockField final : public Field {
       std::fill(out.begin(), out.end(), 0.5F);
     } else if (rho_.kernel) {
       rho_.kernel->values(at, out);
-      for (float& v : out) v = clamped(v, 0.0F, 1.0F) + 0.0F;
+      for (float& v : out) v = held(v);
     } else {
       std::fill(out.begin(), out.end(), 0.0F);
     }

@@ -1,5 +1,6 @@
 #include "engine/tree/node.hpp"
 
+#include <cmath>
 #include <tuple>
 #include <type_traits>
 #include <variant>
@@ -29,8 +30,12 @@ bool is_nothing(const Node& node) {
 
 /// As `compile` would for any block inside `reach`, or less.
 bool reaches(const Box& influence, const Box& reach) {
-  const double slack = 2 * rounding(influence, {reach.min, reach});
-  return !(slack < Box::infinity) || influence.grown(slack).overlaps(reach);
+  Box near = reach;  // what is at infinity does not round
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::isinf(near.min[axis])) near.min[axis] = influence.min[axis];
+    if (std::isinf(near.max[axis])) near.max[axis] = influence.max[axis];
+  }
+  return influence.grown(2 * rounding(influence, {near.min, near})).overlaps(reach);
 }
 
 template <class N>

@@ -62,7 +62,7 @@ Interval Strata::bounds(const Block& block) const {
 
 Support Plane::support(std::span<const Support>) const {
   const Interval layer = zero_to(energy);
-  const double layer_slope = std::abs(energy) * 1.7173021674 / falloff;
+  const double layer_slope = std::abs(energy) * steepest_falloff / falloff;
   return {Box::everywhere(), layer + zero_to(amplitude),
           layer_slope + std::abs(amplitude) * turbulence_slope(noise())};
 }
@@ -71,7 +71,7 @@ namespace {
 
 /// The plane in numbers relative to a block.
 struct LocalPlane {
-  float nx, ny, nz, offset, inverse_square, energy, amplitude;
+  float nx, ny, nz, offset, per_square, energy, amplitude;
 
   LocalPlane(const Plane& plane, const Vec3& origin) {
     const Vec3 n = normalized(plane.normal);
@@ -79,14 +79,14 @@ struct LocalPlane {
     ny = static_cast<float>(n.y);
     nz = static_cast<float>(n.z);
     offset = static_cast<float>(dot(n, origin - plane.point.value));
-    inverse_square = static_cast<float>(1 / (plane.falloff * plane.falloff));
+    per_square = static_cast<float>(inverse_square(plane.falloff));
     energy = static_cast<float>(plane.energy);
     amplitude = static_cast<float>(plane.amplitude);
   }
   template <class T>
   T layer(const T& x, const T& y, const T& z) const {
     const T d = x * nx + y * ny + z * nz + offset;
-    return falloff_of_square(d * d, inverse_square, energy);
+    return falloff_of_square(d * d, per_square, energy);
   }
 };
 

@@ -22,7 +22,7 @@ class PrimitiveKernel final : public Kernel {
         amplitude_(static_cast<float>(node.turbulence.amplitude)),
         energy_(static_cast<float>(node.energy)),
         reach_(static_cast<float>(reach_of(node))),
-        inverse_square_(static_cast<float>(1 / (reach_of(node) * reach_of(node)))),
+        per_square_(static_cast<float>(inverse_square(reach_of(node)))),
         inset_(static_cast<float>(half_falloff * reach_of(node))) {}
 
   void values(const Points& at, std::span<float> out) const override {
@@ -64,7 +64,7 @@ class PrimitiveKernel final : public Kernel {
   template <class T>
   T smooth(const T& x, const T& y, const T& z) const {
     if constexpr (N::thin) {
-      return falloff_of_square(shape_.distance_squared(x, y, z), inverse_square_, energy_);
+      return falloff_of_square(shape_.distance_squared(x, y, z), per_square_, energy_);
     } else {
       return from_distance(shape_.project(x, y, z).distance);
     }
@@ -73,14 +73,14 @@ class PrimitiveKernel final : public Kernel {
   template <class T>
   T from_distance(const T& d) const {
     const T r = larger(T(0.0F), d + inset_);
-    return falloff_of_square(r * r, inverse_square_, energy_);
+    return falloff_of_square(r * r, per_square_, energy_);
   }
   /// With turbulence t at the projection; d as `Projection` gives it.
   template <class T>
   T rough(const T& d, const T& t) const {
     const T bump = amplitude_ * (2.0F * t - 1.0F);
     if constexpr (N::thin) {
-      const T r = reach_ + bump, ratio = d / r;
+      const T ratio = d / larger(reach_ + bump, T(1e-6F * reach_));
       return falloff_of_square(ratio * ratio, 1.0F, energy_);
     } else {
       return from_distance(d - bump);
@@ -130,7 +130,7 @@ class PrimitiveKernel final : public Kernel {
   Shape shape_;
   Vec3 origin_;
   Turbulence noise_;
-  float amplitude_, energy_, reach_, inverse_square_, inset_;
+  float amplitude_, energy_, reach_, per_square_, inset_;
 };
 
 /// Bounds of a primitive's field in a block, from its distance at the block's centre: a distance

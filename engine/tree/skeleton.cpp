@@ -5,9 +5,6 @@
 namespace hoodoo::tree {
 namespace {
 
-/// Largest slope of g(r) in units of 1/R: 6 / sqrt(5) (4/5)^2, at r = R / sqrt(5).
-constexpr double steepest = 1.7173021674;
-
 Support support_around(const Box& skeleton, double reach, double energy, double slope) {
   const double size = length(skeleton.max - skeleton.min);
   // Single precision may carry the field a little further.
@@ -16,7 +13,8 @@ Support support_around(const Box& skeleton, double reach, double energy, double 
 }
 
 double slope_of(const Skeletal& s, double reach) {
-  return s.turbulence.amplitude > 0 ? Support::no_bound : std::abs(s.energy) * steepest / reach;
+  return s.turbulence.amplitude > 0 ? Support::no_bound
+                                    : std::abs(s.energy) * steepest_falloff / reach;
 }
 
 }  // namespace

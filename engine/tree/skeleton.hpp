@@ -15,6 +15,12 @@ namespace hoodoo::tree {
 /// A primitive's field is shifted by it, so that the stated size is where the surface lies.
 inline constexpr double half_falloff = 0.45420201894740653;
 
+/// Largest slope of g(r) in units of 1/R: 6 / sqrt(5) (4/5)^2, at r = R / sqrt(5); rounded up.
+inline constexpr double steepest_falloff = 1.7173003;
+
+/// 1 / x^2 for evaluation in single precision, which holds no more than 10^38.
+inline double inverse_square(double x) { return 1 / std::max(x * x, 1e-30); }
+
 /// Star-shaped perturbation of a skeletal primitive by turbulence t on its unperturbed boundary:
 /// a volume's distance becomes d - a (2t - 1), a thin skeleton's radius of influence R + a (2t -
 /// 1). Source: Paris et al. 2019, section 5.2, as DESIGN section 3 mends it.
@@ -105,11 +111,11 @@ Projection<T> star_projection(const T& px, const T& py, const T& pz, const T& sx
   return {r, sx + f * dx, sy + f * dy, sz + f * dz};
 }
 
-/// e (1 - r2/R2)^3, 0 where r2 >= R2; never -0. `r2` and `R2` in square metres.
+/// e (1 - r2/R2)^3, 0 where r2 >= R2; never -0. `r2` and R2 = 1 / `per_square` in square metres.
 template <class T>
-T falloff_of_square(const T& r2, Scalar<T> inverse_square, Scalar<T> energy) {
+T falloff_of_square(const T& r2, Scalar<T> per_square, Scalar<T> energy) {
   using S = Scalar<T>;
-  const T q = larger(T(S(0)), S(1) - r2 * inverse_square);
+  const T q = larger(T(S(0)), S(1) - r2 * per_square);
   return (q * q) * (q * energy) + S(0);
 }
 

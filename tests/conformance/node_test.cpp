@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <sstream>
+#include <type_traits>
+#include <variant>
 
 #include "engine/tree/evaluate.hpp"
 #include "tests/conformance/random_tree.hpp"
@@ -210,6 +212,49 @@ TEST_P(EveryNode, KeepsItsLipschitzBound) {
       const double run = length(cloud.at(i) - cloud.at(i - 1));
       const double rise = static_cast<double>(v[i]) - static_cast<double>(v[i - 1]);
       ASSERT_LE(std::abs(rise), slope * run * (1 + 1e-5) + 1e-5);
+    }
+  });
+}
+
+/// Puts a number at an end of its range, here and there.
+template <class N>
+void stretch(N& node, Random& random) {
+  const auto pull = [&](double& v, const Range& range) {
+    const auto where = random.whole(0, 3);
+    if (where == 0) v = range.open ? 1e-300 : range.low;
+    if (where == 1) v = range.high;
+  };
+  const auto one = [&](const auto& f) {
+    auto& member = node.*f.member;
+    using Value = std::remove_cvref_t<decltype(member)>;
+    if constexpr (std::is_same_v<Value, double>) {
+      pull(member, f.range);
+    } else if constexpr (std::is_same_v<Value, Vec3> && requires { f.range; }) {
+      for (int axis = 0; axis < 3; ++axis) pull(member[axis], f.range);
+    } else if constexpr (std::is_same_v<Value, StarTurbulence>) {
+      stretch(member, random);
+    }
+  };
+  std::apply([&](const auto&... f) { (one(f), ...); }, N::fields());
+}
+
+TEST_P(EveryNode, IsFiniteAtTheEndsOfItsRanges) {
+  for_trees(9, [](Node tree, Random& random) {
+    const Node whole = tree;
+    const bool good = std::visit(
+        [&](auto& node) {
+          stretch(node, random);
+          std::vector<Problem> problems;
+          if constexpr (requires { node.check("", problems); }) node.check("", problems);
+          return problems.empty();
+        },
+        tree.value);
+    if (!good) tree = whole;
+    const Block block = random_block(random, 30);
+    const Cloud cloud(random, block, points_per_tree);
+    const auto e = gradients(compile(tree, block), cloud.points());
+    for (const auto* row : {&e.f, &e.x, &e.y, &e.z}) {
+      for (const float v : *row) ASSERT_TRUE(std::isfinite(v));
     }
   });
 }

@@ -80,7 +80,7 @@ struct Cone : Volume {
   Shape<S> shape(const Vec3& origin) const {
     const Vec3 c = base.value - origin, u = tip.value - base.value;
     const Vec3 a = normalized(u);
-    const double h = length(u), slant = std::sqrt(h * h + radius * radius);
+    const double h = length(u), slant = std::max(std::sqrt(h * h + radius * radius), 1e-30);
     return {static_cast<S>(c.x),           static_cast<S>(c.y),
             static_cast<S>(c.z),           static_cast<S>(a.x),
             static_cast<S>(a.y),           static_cast<S>(a.z),

@@ -90,13 +90,9 @@ struct Ellipsoid : Volume {
   template <class S>
   Shape<S> shape(const Vec3& origin) const {
     const Vec3 c = center.value - origin;
-    return {static_cast<S>(c.x),
-            static_cast<S>(c.y),
-            static_cast<S>(c.z),
-            static_cast<S>(radii.x),
-            static_cast<S>(radii.y),
-            static_cast<S>(radii.z),
-            static_cast<S>(half_thickness())};
+    const auto held = [](double r) { return static_cast<S>(std::max(r, 1e-12)); };
+    return {static_cast<S>(c.x), static_cast<S>(c.y), static_cast<S>(c.z),   held(radii.x),
+            held(radii.y),       held(radii.z),       held(half_thickness())};
   }
   friend bool operator==(const Ellipsoid&, const Ellipsoid&) = default;
 };

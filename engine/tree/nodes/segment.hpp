@@ -60,7 +60,7 @@ struct Segment : Thin {
             static_cast<S>(u.x),
             static_cast<S>(u.y),
             static_cast<S>(u.z),
-            static_cast<S>(l2 > 0 ? 1 / l2 : 0.0),
+            static_cast<S>(l2 > 0 ? std::min(1 / l2, 1e30) : 0.0),
             static_cast<S>(radius)};
   }
   template <class S>
