@@ -78,6 +78,8 @@ class Pyramid {
   /// The coarsest level whose larger pixel size is at most `spacing` [m]; 0 if none is.
   int level_for(double spacing) const;
 
+  /// File name of the raster that was ingested, for messages.
+  virtual const std::string& name() const = 0;
   /// Names everything this pyramid's samples depend on.
   virtual const Digest& digest() const = 0;
   /// Box of level 0 in x and y, elevations range in z [m]. Empty when no pixel is valid.

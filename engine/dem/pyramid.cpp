@@ -57,8 +57,10 @@ void for_each_chunk(const LevelFacts& level, const Pixels& p, const Visit& visit
 
 class StoredPyramid : public Pyramid {
  public:
-  StoredPyramid(std::filesystem::path folder, const Digest& digest, std::size_t memory)
-      : folder_(std::move(folder)),
+  StoredPyramid(std::string name, std::filesystem::path folder, const Digest& digest,
+                std::size_t memory)
+      : name_(std::move(name)),
+        folder_(std::move(folder)),
         digest_(digest),
         facts_(read_index(folder_, digest)),
         most_(std::max<std::size_t>(16, memory / 2 / chunk_bytes)) {
@@ -81,6 +83,7 @@ class StoredPyramid : public Pyramid {
   }
 
   const std::vector<Level>& levels() const override { return levels_; }
+  const std::string& name() const override { return name_; }
   const Digest& digest() const override { return digest_; }
   Box extent() const override { return extent_; }
 
@@ -168,6 +171,7 @@ class StoredPyramid : public Pyramid {
     return pixels;
   }
 
+  std::string name_;
   std::filesystem::path folder_;
   Digest digest_;
   std::vector<LevelFacts> facts_;
@@ -281,7 +285,8 @@ std::shared_ptr<const Pyramid> Pyramid::ingest(const std::filesystem::path& rast
     }
   }
   if (settings.progress) settings.progress(1);
-  return std::make_shared<StoredPyramid>(place, digest, settings.memory);
+  return std::make_shared<StoredPyramid>(raster.filename().string(), place, digest,
+                                         settings.memory);
 }
 
 }  // namespace hoodoo::dem

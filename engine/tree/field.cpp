@@ -31,11 +31,12 @@ struct Slopes {
   }
 };
 
-/// v in [0,1]. What is no number, because a scene lies beyond single precision, is air.
+/// v in [0,1]; 0 and 1 keep their slopes, so that a step that adds nothing changes nothing. What is
+/// no number, because a scene lies beyond single precision, is air.
 template <class T>
 T held(const T& v) {
-  const T least = value_of(v) > 0 ? v : T(0);
-  return value_of(least) < 1 ? least : T(1);
+  const T least = value_of(v) >= 0 ? v : T(0);
+  return value_of(least) <= 1 ? least : T(1);
 }
 inline Interval held(const Interval& v) { return clamp(v, 0, 1); }
 
@@ -241,7 +242,7 @@ class BlockField final : public Field {
       std::fill(out.begin(), out.end(), 0.5F);
     } else if (rho_.kernel) {
       rho_.kernel->values(at, out);
-      for (float& v : out) v = held(v);
+      for (float& v : out) v = held(v) + 0.0F;
     } else {
       std::fill(out.begin(), out.end(), 0.0F);
     }

@@ -187,7 +187,7 @@ Response Api::process(const Request&, const Parameters& parameters) {
     return problem(404, "There is no such process.", {},
                    std::string(problem_types) + "no-such-process");
   }
-  return document(process_description(settings_.base, settings_.scene_schema));
+  return document(process_description(settings_.base, settings_.scene_schema()));
 }
 
 Response Api::execute(const Request& request, const Parameters& parameters) {

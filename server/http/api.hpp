@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -19,7 +20,7 @@ struct ApiSettings {
   std::vector<std::string> hosts;   // Host headers taken; empty: any
   std::filesystem::path viewer;     // folder of the viewer's files
   std::vector<std::string> hidden;  // folders whose names no client sees
-  nlohmann::json scene_schema;
+  std::function<nlohmann::json()> scene_schema;
 };
 
 /// Answers every request; never throws. May be called from many threads.

@@ -107,7 +107,7 @@ void serve(const Settings& given) {
   api_settings.hosts = hosts_of(settings, listener.port());
   api_settings.viewer = settings.viewer.empty() ? find_viewer() : settings.viewer;
   api_settings.hidden = hidden_of(settings);
-  api_settings.scene_schema = scene::schema();
+  api_settings.scene_schema = scene::schema;
   if (settings.listening) settings.listening(listener.port());
   Api api(queue, std::move(api_settings));
   listener.run([&api](const Request& request) { return api.answer(request); }, settings.stop);

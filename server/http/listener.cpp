@@ -112,9 +112,10 @@ void Listener::Server::configure() {
   new_task_queue = [] { return new httplib::ThreadPool(16, 128, 1024); };
   set_error_handler(explain);
   set_post_routing_handler(finish);
-  set_exception_handler([](const httplib::Request&, httplib::Response& to, std::exception_ptr) {
-    write(problem(500, "internal error"), to);
-  });
+  set_exception_handler(
+      [](const httplib::Request&, httplib::Response& to, const std::exception_ptr&) {
+        write(problem(500, "internal error"), to);
+      });
   set_expect_100_continue_handler([](const httplib::Request& from, httplib::Response& to) {
     if (is_too_long(from)) to.status = 413;
     return is_too_long(from) ? 413 : 100;

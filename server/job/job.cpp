@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -108,17 +109,13 @@ void Queue::load() {
 }
 
 scene::Sources Queue::sources(const nlohmann::json& scene) const {
-  scene::Sources best;
-  std::size_t fewest = 0;
+  scene::Sources best{settings_.roots.front(), settings_.roots};
+  if (settings_.roots.size() == 1) return best;
+  auto fewest = std::numeric_limits<std::size_t>::max();
   for (const auto& root : settings_.roots) {
-    const scene::Sources candidate{root, settings_.roots};
-    if (settings_.roots.size() == 1) return candidate;
-    const auto found = engine_.check(scene, candidate).size();
-    if (best.base.empty() || found < fewest) {
-      best = candidate;
-      fewest = found;
-    }
-    if (found == 0) break;
+    const auto found = engine_.check(scene, {root, settings_.roots}).size();
+    if (found < fewest) best.base = root;
+    fewest = std::min(fewest, found);
   }
   return best;
 }

@@ -98,12 +98,18 @@ struct Said {
     field.values(at, again);
     EXPECT_EQ(0, std::memcmp(again.data(), f.data(), f.size() * sizeof(float)));
   }
-  bool same_bits(const Said& other) const {
-    const auto same = [](const std::vector<float>& a, const std::vector<float>& b) {
-      return std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-    };
-    return same(f, other.f) && same(x, other.x) && same(y, other.y) && same(z, other.z) &&
-           same(rho, other.rho) && material == other.material;
+  testing::AssertionResult same_bits(const Said& other) const {
+    const std::pair<const char*, std::vector<float> Said::*> rows[] = {
+        {"F", &Said::f}, {"x", &Said::x}, {"y", &Said::y}, {"z", &Said::z}, {"rho", &Said::rho}};
+    for (const auto& [name, row] : rows) {
+      for (std::size_t i = 0; i < f.size(); ++i) {
+        const float a = (this->*row)[i], b = (other.*row)[i];
+        if (std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b)) continue;
+        return testing::AssertionFailure() << name << " of point " << i << ": " << a << ", " << b;
+      }
+    }
+    if (material == other.material) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << "materials differ";
   }
 };
 

@@ -84,7 +84,10 @@ async function drawByThree(server, camera, { skirts = true } = {}) {
                   `&cam=${list(camera.position)}&at=${list(camera.target)}`);
   await page.waitForFunction(() => globalThis.hoodoo?.idle > 10);
   if (!skirts) {
-    await page.evaluate(() => globalThis.hoodoo.terrain.setLook({ skirts: false }));
+    await page.evaluate(() => {
+      globalThis.hoodoo.terrain.setLook({ skirts: false });
+      globalThis.hoodoo.idle = 0;
+    });
     await page.waitForFunction(() => globalThis.hoodoo.idle > 10);
   }
   const { shown, errors } = await page.evaluate(() => ({

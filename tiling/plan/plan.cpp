@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::int64_t most_tiles = 4'000'000;
 constexpr int most_levels = 30;
+constexpr double most_relief = 16384;  // [cells] within a tile, whose coordinates have 24 bits
 
 /// Tiles [low, high) of one axis that touch an open range of metres.
 struct Range {
@@ -24,13 +25,37 @@ Range tiles_over(double from, double to, double size) {
   return {low, std::max(high, low + 1)};
 }
 
-bool has_elevations(const scene::Scene& scene, const Lattice& lattice, const Key& key) {
+/// Refuses elevations that rise and fall too much within a tile. Chunks tell most of the time,
+/// samples otherwise.
+void check_relief(const dem::Pyramid& pyramid, int level, std::size_t terrain,
+                  const Lattice& lattice, const Key& key) {
   const Box area = lattice.area(key);
-  for (const auto& pyramid : scene.pyramids) {
-    const int level = pyramid->level_for(lattice.spacing(key.level));
-    if (pyramid->bounds(level, area)) return true;
+  const auto fits = [&](const Interval& h) {
+    return h.high - h.low <= most_relief * lattice.spacing(key.level);
+  };
+  const auto rough = pyramid.bounds(level, area);
+  if (!rough || fits(*rough)) return;
+  const Interval h = pyramid.window(level, area).bounds(area);
+  if (fits(h)) return;
+  throw Error(
+      Fault::limit, fmt::format("/terrains/{}/dem", terrain),
+      fmt::format("\"{}\" goes from {:.6g} to {:.6g} m within tile {}: {:.3g} cells of {} m, "
+                  "the limit is {:.0f}",
+                  pyramid.name(), h.low, h.high, key.text(),
+                  (h.high - h.low) / lattice.spacing(key.level), lattice.spacing(key.level),
+                  most_relief));
+}
+
+bool has_elevations(const scene::Scene& scene, const Lattice& lattice, const Key& key) {
+  bool any = false;
+  for (std::size_t i = 0; i < scene.pyramids.size(); ++i) {
+    const auto& pyramid = *scene.pyramids[i];
+    const int level = pyramid.level_for(lattice.spacing(key.level));
+    if (!pyramid.bounds(level, lattice.area(key))) continue;
+    any = true;
+    check_relief(pyramid, level, i, lattice, key);
   }
-  return false;
+  return any;
 }
 
 int levels_needed(const Lattice& lattice, const Box& extent) {

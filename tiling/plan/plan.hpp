@@ -46,7 +46,8 @@ struct Plan {
 };
 
 /// Plans the tiles that can hold a surface: those over valid elevations, and their ancestors.
-/// Errors: limit, when the world has more tiles or levels than can be indexed.
+/// Errors: limit, when the world has more tiles or levels than can be indexed, or elevations that
+/// rise by more cells within a tile than its vertices can be stored for.
 Plan make(const scene::Scene& scene);
 
 }  // namespace hoodoo::plan

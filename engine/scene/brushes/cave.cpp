@@ -36,8 +36,7 @@ tree::Node CaveBrush::build() const {
   hall.center = axis.back();
   hall.radius = chamber;
   hall.turbulence = turbulence;
-  return {tree::Union{},
-          {tube(smooth_curve(axis, radius), radius, turbulence), {hall, {}}}};
+  return {tree::Union{}, {tube(smooth_curve(axis, radius), radius, turbulence), {hall, {}}}};
 }
 
 }  // namespace hoodoo::scene

@@ -29,7 +29,7 @@ class Api : public testing::Test {
     api_settings.hosts = {"127.0.0.1:1234"};
     api_settings.viewer = temporary.path / "viewer";
     api_settings.hidden = {temporary.path.string() + "/"};
-    api_settings.scene_schema = {{"type", "object"}};
+    api_settings.scene_schema = [] { return json{{"type", "object"}}; };
     api = std::make_unique<http::Api>(*queue, std::move(api_settings));
   }
 
