@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -154,13 +155,14 @@ void add_info(CLI::App& app, int* exit) {
 }
 
 void add_schema(CLI::App& app, int* exit) {
+  const std::map<std::string, json (*)()> schemas{{"scene", scene::schema}};
   auto which = std::make_shared<std::string>("scene");
   auto* command = app.add_subcommand("schema", "Print the JSON Schema of a scene");
   command->add_option("which", *which, "scene")
-      ->check(CLI::IsMember({"scene"}))
+      ->check(CLI::IsMember(schemas))
       ->capture_default_str();
   command->callback([=] {
-    fmt::print("{}\n", scene::schema().dump(2));
+    fmt::print("{}\n", schemas.at(*which)().dump(2));
     *exit = 0;
   });
 }

@@ -13,6 +13,14 @@ using nlohmann::json;
 
 std::string definition_name(std::string_view type) { return "node." + std::string(type); }
 
+json list_of(const json& child, std::size_t least) {
+  json list;
+  list["type"] = "array";
+  list["items"] = child;
+  list["minItems"] = least;
+  return list;
+}
+
 /// A node of type N whose children are of family `inner`.
 template <class N>
 json node_definition(const json& child) {
@@ -23,8 +31,7 @@ json node_definition(const json& child) {
   schema["properties"]["type"] = {{"const", std::string(N::type)}};
   schema["required"].push_back("type");
   for (const Slot& slot : std::span<const Slot>(N::slots)) {
-    json one = child;
-    if (slot.list) one = {{"type", "array"}, {"items", child}, {"minItems", slot.least}};
+    json one = slot.list ? list_of(child, slot.least) : child;
     one["description"] = std::string(slot.doc);
     schema["properties"][std::string(slot.key)] = std::move(one);
     if (slot.least > 0) schema["required"].push_back(std::string(slot.key));
