@@ -13,6 +13,7 @@ void add_verify(CLI::App& app, int* exit);
 void add_info(CLI::App& app, int* exit);
 void add_probe(CLI::App& app, int* exit);
 void add_schema(CLI::App& app, int* exit);
+void add_draw(CLI::App& app, int* exit);
 void add_synthesize(CLI::App& app, int* exit);
 void add_serve(CLI::App& app, int* exit);
 

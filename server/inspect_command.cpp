@@ -8,6 +8,7 @@
 #include "engine/base/file.hpp"
 #include "engine/base/json.hpp"
 #include "engine/dem/raster.hpp"
+#include "engine/scene/picture.hpp"
 #include "engine/scene/sample.hpp"
 #include "engine/scene/scene.hpp"
 #include "server/commands.hpp"
@@ -163,6 +164,28 @@ void add_schema(CLI::App& app, int* exit) {
       ->capture_default_str();
   command->callback([=] {
     fmt::print("{}\n", schemas.at(*which)().dump(2));
+    *exit = 0;
+  });
+}
+
+void add_draw(CLI::App& app, int* exit) {
+  struct Options {
+    std::string tree, output;
+    bool geology = false;
+    int size = 256;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command = app.add_subcommand("draw", "Draw one construction tree as a PNG");
+  command->add_option("tree", options->tree, "The tree's JSON")->required();
+  command->add_option("-o,--output", options->output, "The PNG to write")->required();
+  command->add_flag("--geology", options->geology, "Draw resistance instead of the surface");
+  command->add_option("--size", options->size, "Pixels along a side")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  command->callback([=] {
+    const auto family = options->geology ? tree::Family::geology : tree::Family::terrain;
+    const auto tree = scene::read_tree(scene::read(options->tree), family);
+    scene::write_png(scene::draw(tree, family, options->size), options->output);
     *exit = 0;
   });
 }

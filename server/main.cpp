@@ -59,6 +59,7 @@ int run(int argc, char** argv) {
   add_info(app, &exit);
   add_probe(app, &exit);
   add_schema(app, &exit);
+  add_draw(app, &exit);
   add_synthesize(app, &exit);
   try {
     if (const char* simd = std::getenv("HOODOO_SIMD")) limit_simd(simd, "HOODOO_SIMD");
