@@ -68,6 +68,13 @@ export async function openPage(browser, origin, size = [640, 360]) {
   return Object.assign(page, { problems, end: () => context.close() });
 }
 
+/** Waits until the viewer has drawn what was last done to it, and nothing is left to load. */
+export async function settle(page) {
+  // A change shows in the next frame; until then the count of idle ones goes on.
+  await page.evaluate(() => { if (globalThis.hoodoo) globalThis.hoodoo.idle = 0; });
+  await page.waitForFunction(() => globalThis.hoodoo?.idle > 10 && globalThis.hoodoo.terrain.current);
+}
+
 /** Which pixels of the page's canvas are not magenta: {width, height, bits: Uint8Array of 0 and 1}, top row first. */
 export async function readMask(page) {
   const { width, height, text } = await page.evaluate(() => {

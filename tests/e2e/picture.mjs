@@ -5,7 +5,7 @@
  *
  * The view is what the viewer shows behind the # of its address.
  */
-import { launch, openPage, serveFolders } from './browser.mjs';
+import { launch, openPage, serveFolders, settle } from './browser.mjs';
 
 const [folder, file, view = '', width = '1280', height = '640'] = process.argv.slice(2);
 const server = await serveFolders({ '/tileset/': folder });
@@ -13,7 +13,7 @@ const browser = await launch();
 try {
   const page = await openPage(browser, server.url, [Number(width), Number(height)]);
   await page.goto(`${server.url}/viewer/?tileset=/tileset/tileset.json&noui&err=1#${view}`);
-  await page.waitForFunction(() => globalThis.hoodoo?.idle > 10);
+  await settle(page);
   await page.screenshot({ path: file });
   if (page.problems.length > 0) throw new Error(page.problems.join('\n'));
 } finally {

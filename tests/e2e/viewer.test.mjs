@@ -4,7 +4,7 @@ import { createHash } from 'node:crypto';
 import { mkdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { launch, openPage } from './browser.mjs';
+import { launch, openPage, settle } from './browser.mjs';
 import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
@@ -26,7 +26,6 @@ after(async () => {
   await removeFolder(work);
 });
 
-const settle = (page) => page.waitForFunction(() => globalThis.hoodoo?.idle > 10 && globalThis.hoodoo.terrain.current);
 const statistics = (page) => page.evaluate(() => {
   const { tiles, triangles, materials } = globalThis.hoodoo.terrain.statistics();
   return { tiles, triangles, materials: [...materials.keys()].sort() };

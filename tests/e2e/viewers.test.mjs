@@ -10,7 +10,7 @@ import { copyFile, mkdir, readFile, writeFile } from 'node:fs/promises';
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
-import { compare, holes, launch, openPage, readMask, serveFolders } from './browser.mjs';
+import { compare, holes, launch, openPage, readMask, serveFolders, settle } from './browser.mjs';
 import { example, hoodoo, makeFolder, removeFolder, testData } from './hoodoo.mjs';
 
 const fov = 50;          // degrees, as in the viewer
@@ -82,13 +82,10 @@ async function drawByThree(server, camera, { skirts = true } = {}) {
   const list = (point) => point.join(',');
   await page.goto(`${server.url}/viewer/?tileset=/tileset/tileset.json&noui&bg=magenta&err=${error}` +
                   `&cam=${list(camera.position)}&at=${list(camera.target)}`);
-  await page.waitForFunction(() => globalThis.hoodoo?.idle > 10);
+  await settle(page);
   if (!skirts) {
-    await page.evaluate(() => {
-      globalThis.hoodoo.terrain.setLook({ skirts: false });
-      globalThis.hoodoo.idle = 0;
-    });
-    await page.waitForFunction(() => globalThis.hoodoo.idle > 10);
+    await page.evaluate(() => globalThis.hoodoo.terrain.setLook({ skirts: false }));
+    await settle(page);
   }
   const { shown, errors } = await page.evaluate(() => ({
     shown: globalThis.hoodoo.terrain.visibleTiles.map(({ tile }) => tile.content.uri), errors: globalThis.hoodoo.errors,
