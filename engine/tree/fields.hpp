@@ -10,6 +10,7 @@
 
 #include "engine/base/vector.hpp"
 #include "engine/tree/point.hpp"
+#include "engine/tree/polygon.hpp"
 
 /// Descriptors of what a scene author may set on a type. A type lists them once, in a static
 /// `fields()` that returns a tuple; parser, canonical JSON, schema and reference page derive from
@@ -99,6 +100,15 @@ struct Positions {
   std::string_view key;
   std::vector<Point> T::*member;
   std::size_t least, most;
+  std::string_view doc;
+};
+
+/// A polygon in plan: corners [x, y] [m] that enclose an area.
+template <class T>
+struct Outline {
+  std::string_view key;
+  Polygon T::*member;
+  std::size_t least, most;  // corners
   std::string_view doc;
 };
 

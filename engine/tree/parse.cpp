@@ -165,9 +165,13 @@ struct Reader {
   void warn(const N& node, const std::string& where) const {
     if constexpr (VolumePrimitive<N>) {
       bool fixed = true;
+      int points = 0;
       Node probe{node, {}};
-      for_each_point(probe, [&](Point& p) { fixed = fixed && p.form == Point::Form::fixed; });
-      if (!fixed && std::is_same_v<N, Cone>) return;  // its height is not known yet
+      for_each_point(probe, [&](Point& p) {
+        fixed = fixed && p.form == Point::Form::fixed;
+        ++points;
+      });
+      if (!fixed && points > 1) return;  // its length is not known yet
       const double half = node.half_thickness();
       if (node.falloff <= 2.2 * half) return;
       context.warnings.push_back(

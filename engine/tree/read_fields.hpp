@@ -38,6 +38,8 @@ std::optional<Point> read_point(const nlohmann::json& json, const std::string& w
 std::optional<std::vector<Point>> read_points(const nlohmann::json& json, const std::string& where,
                                               std::size_t least, std::size_t most,
                                               Problems& problems);
+std::optional<Polygon> read_outline(const nlohmann::json& json, const std::string& where,
+                                    std::size_t least, std::size_t most, Problems& problems);
 
 /// A problem for every key of `object` that is not in `known`, naming the nearest that is.
 void report_unknown_keys(const nlohmann::json& object, const std::string& where,
@@ -51,6 +53,7 @@ nlohmann::json to_json(const Point& p);
 // JSON Schema of one value.
 nlohmann::json number_schema(const Range& range, std::string_view unit);
 nlohmann::json vector_schema(const Range& range, std::string_view unit);
+nlohmann::json outline_schema(std::size_t least, std::size_t most);
 nlohmann::json point_schema();  // a reference to #/$defs/point
 nlohmann::json point_definition();
 
@@ -146,6 +149,12 @@ void read(const Positions<T>& f, const nlohmann::json& o, const std::string& w, 
       [&](const auto& json, const auto& at) { return read_points(json, at, f.least, f.most, p); });
 }
 template <class T>
+void read(const Outline<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
+  read_one(
+      o, w, f.key, t.*f.member, std::optional<Polygon>(), p,
+      [&](const auto& json, const auto& at) { return read_outline(json, at, f.least, f.most, p); });
+}
+template <class T>
 void read(const Vector<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
   read_one(o, w, f.key, t.*f.member, f.fallback, p, [&](const auto& json, const auto& at) {
     return read_vector(json, at, f.range, f.unit, p);
@@ -229,6 +238,10 @@ template <class T>
 nlohmann::json schema(const Positions<T>& f) {
   return {
       {"type", "array"}, {"items", point_schema()}, {"minItems", f.least}, {"maxItems", f.most}};
+}
+template <class T>
+nlohmann::json schema(const Outline<T>& f) {
+  return outline_schema(f.least, f.most);
 }
 template <class T>
 nlohmann::json schema(const Vector<T>& f) {

@@ -72,6 +72,18 @@ void randomise(T& t, const Positions<T>& f, Random& random) {
   points.resize(f.least + static_cast<std::size_t>(random.whole(0, 3)));
   for (Point& p : points) p = random.place(scene_size);
 }
+/// Corners around a place, counter-clockwise.
+template <class T>
+void randomise(T& t, const Outline<T>& f, Random& random) {
+  Polygon& corners = t.*f.member;
+  corners.clear();
+  const Vec3 middle = random.place(scene_size);
+  const auto n = static_cast<int>(f.least) + static_cast<int>(random.whole(0, 3));
+  for (int i = 0; i < n; ++i) {
+    const double turn = 2 * 3.14159 * (i + random.real(0.1, 0.9)) / n, r = random.real(3, 9);
+    corners.push_back({middle.x + r * std::cos(turn), middle.y + r * std::sin(turn)});
+  }
+}
 template <class T>
 void randomise(T& t, const Vector<T>& f, Random& random) {
   for (int axis = 0; axis < 3; ++axis) {
