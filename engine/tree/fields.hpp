@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -137,6 +138,25 @@ template <class T, class G>
 struct Group {
   std::string_view key;
   G T::*member;
+  std::string_view doc;
+};
+
+/// An object of numbers under names of the author's choice; empty where it is left out.
+template <class T>
+struct Numbers {
+  std::string_view key;
+  std::map<std::string, double> T::*member;
+  std::size_t most;
+  Range range;
+  std::string_view doc;
+};
+
+/// A list of objects with fields of their own.
+template <class T, class G>
+struct Groups {
+  std::string_view key;
+  std::vector<G> T::*member;
+  std::size_t least, most;
   std::string_view doc;
 };
 
