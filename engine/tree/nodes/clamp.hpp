@@ -35,8 +35,9 @@ struct Clamp {
   Support support(std::span<const Support> children) const {
     Support all = children[0];
     if (of_zero() != 0) all.influence = Box::everywhere();
-    // Evaluation holds the ends in single precision.
-    all.range = outward(clamp(all.range, low, high));
+    // As evaluation holds the ends: in single precision.
+    const auto held = [](double v) { return static_cast<double>(static_cast<float>(v)); };
+    all.range = clamp(all.range, held(low), held(high));
     return all;
   }
 
