@@ -45,18 +45,6 @@ int hex_digit(char c) {
   return -1;
 }
 
-/// Twice the signed area.
-double doubled_area(const tree::Polygon& corners) {
-  double sum = 0;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const auto& a = corners[i];
-    const auto& b = corners[(i + 1) % corners.size()];
-    sum += (a[0] - corners[0][0]) * (b[1] - corners[0][1]) -
-           (b[0] - corners[0][0]) * (a[1] - corners[0][1]);
-  }
-  return sum;
-}
-
 }  // namespace
 
 std::optional<Colour> read_colour(const json& value, const std::string& where, Problems& problems) {
@@ -102,25 +90,9 @@ json plan_schema() { return pair_schema(anywhere, "m"); }
 
 std::optional<tree::Polygon> read_outline(const json& value, const std::string& where,
                                           Problems& problems) {
-  if (!value.is_array() || value.size() < 3 || value.size() > most_corners) {
-    problems.push_back({where, fmt::format("must be 3 to {} corners [x, y] in m", most_corners)});
-    return std::nullopt;
-  }
-  tree::Polygon corners;
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    const auto corner = read_plan(value[i], fmt::format("{}/{}", where, i), problems);
-    if (corner) corners.push_back(*corner);
-  }
-  if (corners.size() != value.size()) return std::nullopt;
-  if (doubled_area(corners) == 0) {
-    problems.push_back({where, "encloses no area"});
-    return std::nullopt;
-  }
-  return corners;
+  return tree::read_outline(value, where, 3, most_corners, problems);
 }
-json outline_schema() {
-  return {{"type", "array"}, {"items", plan_schema()}, {"minItems", 3}, {"maxItems", most_corners}};
-}
+json outline_schema() { return tree::outline_schema(3, most_corners); }
 
 std::optional<std::optional<double>> read_fill(const json& value, const std::string& where,
                                                Problems& problems) {

@@ -29,9 +29,22 @@ void visit_field(const tree::Positions<T>& f, T& owner, const std::string& where
   }
 }
 
+template <class T, class G>
+void visit_field(const tree::Groups<T, G>& f, T& owner, const std::string& where,
+                 const VisitPoint& visit);
+
 template <class T>
 void visit_fields(T& owner, const std::string& where, const VisitPoint& visit) {
   std::apply([&](const auto&... f) { (visit_field(f, owner, where, visit), ...); }, T::fields());
+}
+
+template <class T, class G>
+void visit_field(const tree::Groups<T, G>& f, T& owner, const std::string& where,
+                 const VisitPoint& visit) {
+  auto& list = owner.*f.member;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    visit_fields(list[i], fmt::format("{}/{}/{}", where, f.key, i), visit);
+  }
 }
 
 std::span<const tree::Slot> slots_of(const tree::AnyNode& node) {

@@ -112,6 +112,7 @@ template <class N>
 Compiled compile_combiner(const N& node, std::vector<Compiled> children) {
   bool any = false;
   for (const Compiled& child : children) any = any || child.kernel;
+  if constexpr (requires { node.of_zero(); }) any = any || node.of_zero() != 0;
   if (!any) return {};
   Interval bounds = node.first(children[0].bounds);
   for (std::size_t i = 1; i < children.size(); ++i) bounds = node.join(bounds, children[i].bounds);

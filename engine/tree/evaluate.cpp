@@ -44,6 +44,8 @@ Compiled compile_one(const N& node, const std::vector<Node>& children, const Blo
     return compile_transform(node, compile(children[0], inner_block(node, block)));
   } else if constexpr (Displacement<N>) {
     return compile_displacement(node, children, block);
+  } else if constexpr (Composite<N>) {
+    return node.compile_node(children, block);
   } else {
     return {std::make_unique<PatternKernel<N>>(node, block.origin), node.bounds(block)};
   }

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "engine/base/vector.hpp"
 #include "engine/tree/point.hpp"
+#include "engine/tree/polygon.hpp"
 
 /// Descriptors of what a scene author may set on a type. A type lists them once, in a static
 /// `fields()` that returns a tuple; parser, canonical JSON, schema and reference page derive from
@@ -102,6 +104,15 @@ struct Positions {
   std::string_view doc;
 };
 
+/// A polygon in plan: corners [x, y] [m] that enclose an area.
+template <class T>
+struct Outline {
+  std::string_view key;
+  Polygon T::*member;
+  std::size_t least, most;  // corners
+  std::string_view doc;
+};
+
 /// Three numbers, each in `range`.
 template <class T>
 struct Vector {
@@ -127,6 +138,25 @@ template <class T, class G>
 struct Group {
   std::string_view key;
   G T::*member;
+  std::string_view doc;
+};
+
+/// An object of numbers under names of the author's choice; empty where it is left out.
+template <class T>
+struct Numbers {
+  std::string_view key;
+  std::map<std::string, double> T::*member;
+  std::size_t most;
+  Range range;
+  std::string_view doc;
+};
+
+/// A list of objects with fields of their own.
+template <class T, class G>
+struct Groups {
+  std::string_view key;
+  std::vector<G> T::*member;
+  std::size_t least, most;
   std::string_view doc;
 };
 

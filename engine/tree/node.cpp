@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "engine/tree/composite.hpp"
 #include "engine/tree/evaluate.hpp"
 #include "engine/tree/transform.hpp"
 
@@ -21,21 +22,11 @@ void change_point(N& node, const Positions<N>& field, const std::function<void(P
 }
 template <class N, class Field>
 void change_point(N&, const Field&, const std::function<void(Point&)>&) {}
-
-/// 0 everywhere.
-Node nothing() { return {Blend{}, {}}; }
-bool is_nothing(const Node& node) {
-  return std::holds_alternative<Blend>(node.value) && node.children.empty();
-}
-
-/// As `compile` would for any block inside `reach`, or less.
-bool reaches(const Box& influence, const Box& reach) {
-  Box near = reach;  // what is at infinity does not round
-  for (int axis = 0; axis < 3; ++axis) {
-    if (std::isinf(near.min[axis])) near.min[axis] = influence.min[axis];
-    if (std::isinf(near.max[axis])) near.max[axis] = influence.max[axis];
+template <class N, class G>
+void change_point(N& node, const Groups<N, G>& field, const std::function<void(Point&)>& change) {
+  for (G& one : node.*field.member) {
+    std::apply([&](const auto&... f) { (change_point(one, f, change), ...); }, G::fields());
   }
-  return influence.grown(2 * rounding(influence, {near.min, near})).overlaps(reach);
 }
 
 template <class N>
@@ -61,6 +52,7 @@ struct Pruner {
   Node operator()(const N& node) const {
     Node pruned{node, {}};
     bool any = false, zero = false;
+    if constexpr (requires { node.of_zero(); }) any = node.of_zero() != 0;
     for (std::size_t i = 0; i < children.size(); ++i) {
       Node child = prune(children[i], reach, thinnest);
       const bool empty = is_nothing(child);
@@ -91,6 +83,10 @@ struct Pruner {
     if (children.size() > 1) pruned.children.push_back(std::move(control));
     return pruned;
   }
+  template <Composite N>
+  Node operator()(const N& node) const {
+    return node.prune_node(children, reach, thinnest);
+  }
   template <Pattern N>
   Node operator()(const N& node) const {
     return {node, {}};
@@ -109,11 +105,39 @@ void for_each_point(Node& tree, const std::function<void(Point&)>& change) {
   for (Node& child : tree.children) for_each_point(child, change);
 }
 
+Node nothing() { return {Blend{}, {}}; }
+bool is_nothing(const Node& node) {
+  return std::holds_alternative<Blend>(node.value) && node.children.empty();
+}
+
+bool reaches(const Box& influence, const Box& reach) {
+  Box near = reach;  // what is at infinity does not round
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::isinf(near.min[axis])) near.min[axis] = influence.min[axis];
+    if (std::isinf(near.max[axis])) near.max[axis] = influence.max[axis];
+  }
+  return influence.grown(2 * rounding(influence, {near.min, near})).overlaps(reach);
+}
+
+std::vector<Support> supports(const std::vector<Node>& trees) {
+  std::vector<Support> all;
+  all.reserve(trees.size());
+  for (const Node& tree : trees) all.push_back(support(tree));
+  return all;
+}
+
 Support support(const Node& tree) {
-  std::vector<Support> children;
-  children.reserve(tree.children.size());
-  for (const Node& child : tree.children) children.push_back(support(child));
-  return std::visit([&](const auto& node) { return node.support(children); }, tree.value);
+  return std::visit(
+      [&](const auto& node) {
+        using N = std::remove_cvref_t<decltype(node)>;
+        if constexpr (std::is_same_v<N, FromDistance>) {
+          const Support child = distance_support(tree.children[0]);
+          return node.support({&child, 1});
+        } else {
+          return node.support(supports(tree.children));
+        }
+      },
+      tree.value);
 }
 
 Node prune(const Node& tree, const Box& reach, double thinnest) {

@@ -15,15 +15,17 @@
 
 namespace hoodoo::tree {
 
-/// Which trees a node may stand in: the terrain field F, the geology rho, or both.
-enum class Family { terrain, geology, any };
+/// Which trees a node may stand in: the terrain field F, the geology rho, or both; or those whose
+/// value is a distance (distance.hpp).
+enum class Family { terrain, geology, any, distance };
 
 /// Where a node keeps others. Its children stand in the order of its slots.
 struct Slot {
   std::string_view key;
   std::string_view doc;
-  std::size_t least, most;  // how many
-  bool list;                // JSON: an array; else one object
+  std::size_t least, most;      // how many
+  bool list;                    // JSON: an array; else one object
+  Family family = Family::any;  // of what it holds; any: that of the tree the node stands in
 };
 inline constexpr std::size_t any_number = 10'000'000;
 
@@ -114,6 +116,12 @@ concept Transform = requires(const N node, const Vec3& p) {
   { node.shrink() } -> std::same_as<double>;  // a thickness t of the child is at least t times this
 };
 
+/// A transform that keeps distances, so that it may stand in a distance tree.
+template <class N>
+concept RigidTransform = Transform<N> && requires {
+  requires N::rigid;
+};
+
 /// Evaluates its first child at p + fD(p) delta(p), fD its second child clamped to [0,1] (1 where
 /// there is none), |delta_i| <= reach().
 template <class N>
@@ -131,6 +139,20 @@ concept Pattern = requires(const N node, const Vec3& origin, const Points& at, s
   node.values(origin, at, v);
   node.gradients(origin, at, v, g);  // the same bits in v
   { node.bounds(block) } -> std::same_as<Interval>;
+};
+
+struct Node;      // node.hpp
+struct Compiled;  // evaluate.hpp
+
+/// What fits none of the kinds above: compiles and prunes itself, as tree::compile and tree::prune
+/// promise.
+///
+///     Compiled compile_node(const std::vector<Node>& children, const Block& block) const;
+///     Node prune_node(const std::vector<Node>& children, const Box& reach, double thinnest) const;
+template <class N>
+concept Composite = requires {
+  &N::compile_node;
+  &N::prune_node;
 };
 
 }  // namespace hoodoo::tree

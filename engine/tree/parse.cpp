@@ -20,6 +20,13 @@ int depth_of(const Node& tree) {
   return 1 + below;
 }
 
+/// Where a node of a family belongs.
+std::string_view home(Family family) {
+  if (family == Family::geology) return "\"geology\" only";
+  if (family == Family::distance) return "a distance tree, below \"from_distance\"";
+  return family == Family::terrain ? "a terrain's tree" : "a field, not into a distance tree";
+}
+
 /// What a node may be inside of, and where problems go.
 struct Reader {
   Context& context;
@@ -115,10 +122,8 @@ struct Reader {
 
   template <class N>
   std::optional<Node> typed_as(const json& value, const std::string& where) const {
-    if (N::family != Family::any && N::family != family) {
-      return fail(where + "/type", fmt::format("{} belongs into {}", N::type,
-                                               N::family == Family::geology ? "\"geology\" only"
-                                                                            : "a terrain's tree"));
+    if (!stands_in<N>(family)) {
+      return fail(where + "/type", fmt::format("{} belongs into {}", N::type, home(N::family)));
     }
     N node;
     const std::size_t before = problems.size();
@@ -129,7 +134,10 @@ struct Reader {
     report_unknown_keys(value, where, keys, problems);
     if (problems.size() == before) warn(node, where);
     Node made{std::move(node), {}};
-    for (const Slot& slot : std::span<const Slot>(N::slots)) fill(slot, value, where, made);
+    for (const Slot& slot : std::span<const Slot>(N::slots)) {
+      const Family inner = slot.family == Family::any ? family : slot.family;
+      Reader{context, inner, problems}.fill(slot, value, where, made);
+    }
     return made;
   }
 
@@ -164,10 +172,15 @@ struct Reader {
   template <class N>
   void warn(const N& node, const std::string& where) const {
     if constexpr (VolumePrimitive<N>) {
+      if (family == Family::distance) return;  // which takes no falloff
       bool fixed = true;
+      int points = 0;
       Node probe{node, {}};
-      for_each_point(probe, [&](Point& p) { fixed = fixed && p.form == Point::Form::fixed; });
-      if (!fixed && std::is_same_v<N, Cone>) return;  // its height is not known yet
+      for_each_point(probe, [&](Point& p) {
+        fixed = fixed && p.form == Point::Form::fixed;
+        ++points;
+      });
+      if (!fixed && points > 1) return;  // its length is not known yet
       const double half = node.half_thickness();
       if (node.falloff <= 2.2 * half) return;
       context.warnings.push_back(

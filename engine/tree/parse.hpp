@@ -50,8 +50,8 @@ std::optional<Node> parse_node(const nlohmann::json& json, const std::string& wh
 /// Canonical form: every field present, instances expanded. parse_node gives the same node back.
 nlohmann::json to_json(const Node& node);
 
-/// JSON Schema (draft 2020-12) "$defs": one per node type ("node.sphere"), "terrain_node" and
-/// "geology_node" for any of a family, "use", "point". Derived from the fields.
+/// JSON Schema (draft 2020-12) "$defs": one per node type ("node.sphere"), "terrain_node",
+/// "geology_node" and "distance_node" for any of a family, "use", "point". Derived from the fields.
 nlohmann::json node_schema();
 
 }  // namespace hoodoo::tree

@@ -133,6 +133,16 @@ class PrimitiveKernel final : public Kernel {
   float amplitude_, energy_, reach_, per_square_, inset_;
 };
 
+/// How far single precision may have moved a primitive [m].
+template <class N>
+double slack_of(const N& node, const Block& block, const Support& support) {
+  if constexpr (requires { node.slack(block); }) {
+    return node.slack(block);
+  } else {
+    return rounding(support.influence, block);
+  }
+}
+
 /// Bounds of a primitive's field in a block, from its distance at the block's centre: a distance
 /// changes by no more than one metre per metre.
 template <class N>
@@ -145,8 +155,7 @@ Interval primitive_bounds(const N& node, const Block& block, const Support& supp
   } else {
     d = shape.project(0.0, 0.0, 0.0).distance;
   }
-  const double half =
-      length(block.box.max - block.box.min) / 2 + rounding(support.influence, block);
+  const double half = length(block.box.max - block.box.min) / 2 + slack_of(node, block, support);
   const double reach = PrimitiveKernel<N>::reach_of(node), a = node.turbulence.amplitude;
   const auto g = [](double u) {
     const double q = std::max(0.0, 1 - u * u);

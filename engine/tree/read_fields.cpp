@@ -85,6 +85,31 @@ std::optional<Point> read_ground_point(const json& value, const std::string& whe
   return Point(by_xy ? Point::Form::ground_xy : Point::Form::ground_uv, v);
 }
 
+std::optional<std::array<double, 2>> read_corner(const json& value, const std::string& where,
+                                                 Problems& problems) {
+  constexpr Range anywhere = within(-farthest, farthest);
+  if (!value.is_array() || value.size() != 2) {
+    problems.push_back({where, "must be [x, y] in m"});
+    return std::nullopt;
+  }
+  const auto x = read_number(value[0], where + "/0", anywhere, "m", problems);
+  const auto y = read_number(value[1], where + "/1", anywhere, "m", problems);
+  if (!x || !y) return std::nullopt;
+  return std::array{*x, *y};
+}
+
+/// Twice the signed area, about the first corner.
+double doubled_area(const Polygon& corners) {
+  double sum = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const auto& a = corners[i];
+    const auto& b = corners[(i + 1) % corners.size()];
+    sum += (a[0] - corners[0][0]) * (b[1] - corners[0][1]) -
+           (b[0] - corners[0][0]) * (a[1] - corners[0][1]);
+  }
+  return sum;
+}
+
 /// Edits (insertions, deletions, replacements) that turn one word into the other.
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -201,6 +226,27 @@ std::optional<std::vector<Point>> read_points(const json& value, const std::stri
   return points.size() == value.size() ? std::optional(std::move(points)) : std::nullopt;
 }
 
+std::optional<Polygon> read_outline(const json& value, const std::string& where, std::size_t least,
+                                    std::size_t most, Problems& problems) {
+  if (!value.is_array() || value.size() < least || value.size() > most) {
+    problems.push_back({where, fmt::format("must be {} to {} corners [x, y] in m", least, most)});
+    return std::nullopt;
+  }
+  Polygon corners;
+  bool good = true;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const auto corner = read_corner(value[i], fmt::format("{}/{}", where, i), problems);
+    good = good && corner;
+    if (corner) corners.push_back(*corner);
+  }
+  if (!good) return std::nullopt;
+  if (doubled_area(corners) == 0) {
+    problems.push_back({where, "encloses no area"});
+    return std::nullopt;
+  }
+  return corners;
+}
+
 void report_unknown_keys(const json& object, const std::string& where,
                          std::span<const std::string_view> known, Problems& problems) {
   for (const auto& [key, value] : object.items()) {
@@ -244,6 +290,17 @@ json number_schema(const Range& range, std::string_view unit) {
 json vector_schema(const Range& range, std::string_view unit) {
   return {
       {"type", "array"}, {"items", number_schema(range, unit)}, {"minItems", 3}, {"maxItems", 3}};
+}
+
+json outline_schema(std::size_t least, std::size_t most) {
+  return {{"type", "array"},
+          {"items",
+           {{"type", "array"},
+            {"items", number_schema(within(-farthest, farthest), "m")},
+            {"minItems", 2},
+            {"maxItems", 2}}},
+          {"minItems", least},
+          {"maxItems", most}};
 }
 
 json point_schema() { return {{"$ref", "#/$defs/point"}}; }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/base/error.hpp"
+#include "engine/base/json.hpp"
 #include "engine/tree/fields.hpp"
 
 /// JSON in and out of any type that lists its fields.
@@ -38,6 +39,8 @@ std::optional<Point> read_point(const nlohmann::json& json, const std::string& w
 std::optional<std::vector<Point>> read_points(const nlohmann::json& json, const std::string& where,
                                               std::size_t least, std::size_t most,
                                               Problems& problems);
+std::optional<Polygon> read_outline(const nlohmann::json& json, const std::string& where,
+                                    std::size_t least, std::size_t most, Problems& problems);
 
 /// A problem for every key of `object` that is not in `known`, naming the nearest that is.
 void report_unknown_keys(const nlohmann::json& object, const std::string& where,
@@ -51,6 +54,7 @@ nlohmann::json to_json(const Point& p);
 // JSON Schema of one value.
 nlohmann::json number_schema(const Range& range, std::string_view unit);
 nlohmann::json vector_schema(const Range& range, std::string_view unit);
+nlohmann::json outline_schema(std::size_t least, std::size_t most);
 nlohmann::json point_schema();  // a reference to #/$defs/point
 nlohmann::json point_definition();
 
@@ -146,6 +150,12 @@ void read(const Positions<T>& f, const nlohmann::json& o, const std::string& w, 
       [&](const auto& json, const auto& at) { return read_points(json, at, f.least, f.most, p); });
 }
 template <class T>
+void read(const Outline<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
+  read_one(
+      o, w, f.key, t.*f.member, std::optional<Polygon>(), p,
+      [&](const auto& json, const auto& at) { return read_outline(json, at, f.least, f.most, p); });
+}
+template <class T>
 void read(const Vector<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
   read_one(o, w, f.key, t.*f.member, f.fallback, p, [&](const auto& json, const auto& at) {
     return read_vector(json, at, f.range, f.unit, p);
@@ -169,6 +179,51 @@ void read(const Group<T, G>& f, const nlohmann::json& o, const std::string& w, T
   read_fields(object, at, t.*f.member, p);
   report_unknown_keys(object, at, field_keys<G>(), p);
 }
+template <class T, class G>
+void read(const Groups<T, G>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
+  const auto found = o.find(f.key);
+  if (found == o.end()) return missing(w, f.key, p);
+  const auto at = fmt::format("{}/{}", w, f.key);
+  if (!found->is_array() || found->size() < f.least || found->size() > f.most) {
+    p.push_back({at, fmt::format("must be an array of {} to {} objects", f.least, f.most)});
+    return;
+  }
+  (t.*f.member).assign(found->size(), G());
+  for (std::size_t i = 0; i < found->size(); ++i) {
+    const auto& one = (*found)[i];
+    const auto place = fmt::format("{}/{}", at, i);
+    if (!one.is_object()) {
+      p.push_back({place, "must be an object"});
+      continue;
+    }
+    read_fields(one, place, (t.*f.member)[i], p);
+    report_unknown_keys(one, place, field_keys<G>(), p);
+  }
+}
+
+template <class T>
+void read(const Numbers<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
+  (t.*f.member).clear();
+  const auto found = o.find(f.key);
+  if (found == o.end()) return;
+  const auto at = fmt::format("{}/{}", w, f.key);
+  if (!found->is_object() || found->size() > f.most) {
+    p.push_back({at, fmt::format("must be an object of at most {} numbers", f.most)});
+    return;
+  }
+  for (const auto& [name, value] : found->items()) {
+    const auto number =
+        read_number(value, fmt::format("{}/{}", at, pointer_token(name)), f.range, "1", p);
+    if (number) (t.*f.member)[name] = *number;
+  }
+}
+
+template <class V>
+inline constexpr bool is_list_of_groups = false;
+template <class G>
+inline constexpr bool is_list_of_groups<std::vector<G>> = requires {
+  G::fields();
+};
 
 template <class T, class Field>
 nlohmann::json write(const Field& f, const T& t) {
@@ -179,6 +234,14 @@ nlohmann::json write(const Field& f, const T& t) {
   } else if constexpr (std::is_same_v<Value, std::vector<Point>>) {
     auto list = nlohmann::json::array();
     for (const Point& p : value) list.push_back(to_json(p));
+    return list;
+  } else if constexpr (is_list_of_groups<Value>) {
+    auto list = nlohmann::json::array();
+    for (const auto& one : value) {
+      auto object = nlohmann::json::object();
+      write_fields(one, object);
+      list.push_back(std::move(object));
+    }
     return list;
   } else if constexpr (std::is_same_v<Value, std::optional<double>>) {
     return value ? nlohmann::json(*value) : nlohmann::json();
@@ -231,6 +294,10 @@ nlohmann::json schema(const Positions<T>& f) {
       {"type", "array"}, {"items", point_schema()}, {"minItems", f.least}, {"maxItems", f.most}};
 }
 template <class T>
+nlohmann::json schema(const Outline<T>& f) {
+  return outline_schema(f.least, f.most);
+}
+template <class T>
 nlohmann::json schema(const Vector<T>& f) {
   return vector_schema(f.range, f.unit);
 }
@@ -244,6 +311,21 @@ nlohmann::json schema(const Group<T, G>&) {
   object["type"] = "object";
   object["additionalProperties"] = false;
   return object;
+}
+
+template <class T, class G>
+nlohmann::json schema(const Groups<T, G>& f) {
+  nlohmann::json object = fields_schema<G>();
+  object["type"] = "object";
+  object["additionalProperties"] = false;
+  return {{"type", "array"}, {"items", object}, {"minItems", f.least}, {"maxItems", f.most}};
+}
+
+template <class T>
+nlohmann::json schema(const Numbers<T>& f) {
+  return {{"type", "object"},
+          {"additionalProperties", number_schema(f.range, "1")},
+          {"maxProperties", f.most}};
 }
 
 /// A field without a fallback must be there.

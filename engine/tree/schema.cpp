@@ -1,4 +1,6 @@
 // JSON Schema of the nodes.
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <variant>
@@ -13,17 +15,33 @@ using nlohmann::json;
 
 std::string definition_name(std::string_view type) { return "node." + std::string(type); }
 
-json list_of(const json& child, std::size_t least) {
+struct FamilyName {
+  Family family;
+  std::string_view any;     // one of its nodes
+  std::string_view prefix;  // of types that stand in several families
+};
+constexpr std::array<FamilyName, 3> families{{{Family::terrain, "terrain_node", ""},
+                                              {Family::geology, "geology_node", "geology."},
+                                              {Family::distance, "distance_node", "distance."}}};
+
+json any_of(Family family) {
+  const auto found = std::find_if(families.begin(), families.end(),
+                                  [&](const auto& f) { return f.family == family; });
+  return {{"$ref", "#/$defs/" + std::string(found->any)}};
+}
+
+json list_of(const json& child, const Slot& slot) {
   json list;
   list["type"] = "array";
   list["items"] = child;
-  list["minItems"] = least;
+  list["minItems"] = slot.least;
+  if (slot.most < any_number) list["maxItems"] = slot.most;
   return list;
 }
 
-/// A node of type N whose children are of family `inner`.
+/// A node of type N in a tree of a family.
 template <class N>
-json node_definition(const json& child) {
+json node_definition(Family family) {
   json schema = fields_schema<N>();
   schema["type"] = "object";
   schema["description"] = std::string(N::doc);
@@ -31,7 +49,8 @@ json node_definition(const json& child) {
   schema["properties"]["type"] = {{"const", std::string(N::type)}};
   schema["required"].push_back("type");
   for (const Slot& slot : std::span<const Slot>(N::slots)) {
-    json one = slot.list ? list_of(child, slot.least) : child;
+    const json child = any_of(slot.family == Family::any ? family : slot.family);
+    json one = slot.list ? list_of(child, slot) : child;
     one["description"] = std::string(slot.doc);
     schema["properties"][std::string(slot.key)] = std::move(one);
     if (slot.least > 0) schema["required"].push_back(std::string(slot.key));
@@ -41,21 +60,18 @@ json node_definition(const json& child) {
 
 /// Adds a family's nodes, and the choice among them.
 template <class... N>
-void add_family(json& definitions, Family family, const std::string& name, std::variant<N...>*) {
-  const json child{{"$ref", "#/$defs/" + name}};
+void add_family(json& definitions, const FamilyName& name, std::variant<N...>*) {
   json choice = json::array({json{{"$ref", "#/$defs/use"}}});
   const auto add = [&]<class T>(const T*) {
-    if (T::family != Family::any && T::family != family) return;
+    if (!stands_in<T>(name.family)) return;
     // A type with children stands once per family, since they are of it, too.
-    const bool twice = T::family == Family::any && !std::span<const Slot>(T::slots).empty();
-    const std::string key = twice && family == Family::geology
-                                ? "geology." + definition_name(T::type)
-                                : definition_name(T::type);
-    definitions[key] = node_definition<T>(child);
+    const bool several = T::family == Family::any && !std::span<const Slot>(T::slots).empty();
+    const std::string key = (several ? std::string(name.prefix) : "") + definition_name(T::type);
+    definitions[key] = node_definition<T>(name.family);
     choice.push_back({{"$ref", "#/$defs/" + key}});
   };
   (add(static_cast<const N*>(nullptr)), ...);
-  definitions[name] = {{"oneOf", std::move(choice)}};
+  definitions[std::string(name.any)] = {{"oneOf", std::move(choice)}};
 }
 
 }  // namespace
@@ -68,8 +84,9 @@ json node_schema() {
                      {"properties", {{"use", {{"type", "string"}}}}},
                      {"required", {"use"}},
                      {"additionalProperties", false}}}};
-  add_family(definitions, Family::terrain, "terrain_node", static_cast<AnyNode*>(nullptr));
-  add_family(definitions, Family::geology, "geology_node", static_cast<AnyNode*>(nullptr));
+  for (const FamilyName& name : families) {
+    add_family(definitions, name, static_cast<AnyNode*>(nullptr));
+  }
   return definitions;
 }
 

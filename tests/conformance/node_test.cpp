@@ -62,7 +62,13 @@ class EveryNode : public testing::TestWithParam<NodeKind> {
       seed_ = seed;
       Random random(seed);
       const Family family = GetParam().family == Family::any ? Family::terrain : GetParam().family;
-      const Node tree = GetParam().make(random, family, 2);
+      Node tree = GetParam().make(random, family, 2);
+      // A distance is tried as the field it makes.
+      if (family == Family::distance) {
+        FromDistance field;
+        field.falloff = random.real(2, 12);
+        tree = {field, {std::move(tree)}};
+      }
       check(tree, random);
       if (HasFailure()) return;
     }

@@ -72,6 +72,18 @@ void randomise(T& t, const Positions<T>& f, Random& random) {
   points.resize(f.least + static_cast<std::size_t>(random.whole(0, 3)));
   for (Point& p : points) p = random.place(scene_size);
 }
+/// Corners around a place, counter-clockwise.
+template <class T>
+void randomise(T& t, const Outline<T>& f, Random& random) {
+  Polygon& corners = t.*f.member;
+  corners.clear();
+  const Vec3 middle = random.place(scene_size);
+  const auto n = static_cast<int>(f.least) + static_cast<int>(random.whole(0, 3));
+  for (int i = 0; i < n; ++i) {
+    const double turn = 2 * 3.14159 * (i + random.real(0.1, 0.9)) / n, r = random.real(3, 9);
+    corners.push_back({middle.x + r * std::cos(turn), middle.y + r * std::sin(turn)});
+  }
+}
 template <class T>
 void randomise(T& t, const Vector<T>& f, Random& random) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -82,6 +94,35 @@ void randomise(T& t, const Vector<T>& f, Random& random) {
 template <class T>
 void randomise(T& t, const Direction<T>& f, Random& random) {
   t.*f.member = random.place(1);
+}
+template <class T, class E>
+void randomise(T& t, const Choice<T, E>& f, Random& random) {
+  t.*f.member = static_cast<E>(random.whole(0, static_cast<long long>(f.names.size()) - 1));
+}
+template <class T, class G>
+void randomise(T& t, const Groups<T, G>& f, Random& random) {
+  auto& list = t.*f.member;
+  list.resize(f.least + static_cast<std::size_t>(random.whole(0, 3)));
+  for (G& one : list) randomise(one, random);
+}
+/// A formula over the coordinates and two parameters.
+template <class T>
+void randomise(T& t, const Text<T>& f, Random& random) {
+  static constexpr std::string_view formulas[] = {
+      "a * x / 10 - b",
+      "mix(x, y, 0.3) / (4 + abs(z)) + a",
+      "clamp(sin(x / 3) * cos(y / 4) + b * z / 10, -1, 1.5)",
+      "smoothstep(-8, 8 + a * a, z) * sqrt(x * x + y * y + 1) / 10",
+      "exp(-(x * x + y * y) / 40) + log(1 + abs(z)) / (2 + a * a)",
+      "pow(x / 10, 3) + pow(1 + abs(y) / 9, a) - pow(z / 12, 2)",
+      "max(min(x, y), -z) / 10 + floor(z / 6) * 0.2",
+      "noise(x / 9, y / 9, z / 9) - fbm(x / 15, y / 12, z / 20 + b, 3)",
+      "fbm(x / 12 + noise(z / 14, y / 14, x / 14), y / 12, z / 12, 2)"};
+  t.*f.member = formulas[random.whole(0, static_cast<long long>(std::size(formulas)) - 1)];
+}
+template <class T>
+void randomise(T& t, const Numbers<T>& f, Random& random) {
+  t.*f.member = {{"a", random.real(-1, 2)}, {"b", random.real(-1, 1)}};
 }
 /// Every other roughness is none.
 template <class T>
@@ -111,8 +152,9 @@ Node random_node(Random& random, Family family, int depth) {
   for (const Slot& slot : std::span<const Slot>(N::slots)) {
     const auto most = static_cast<long long>(std::min<std::size_t>(slot.most, slot.list ? 4 : 1));
     const auto least = std::min(most, static_cast<long long>(std::max<std::size_t>(slot.least, 0)));
+    const Family inner = slot.family == Family::any ? family : slot.family;
     for (long long n = random.whole(least, most); n > 0; --n) {
-      tree.children.push_back(random_tree(random, family, depth - 1));
+      tree.children.push_back(random_tree(random, inner, depth - 1));
     }
   }
   return tree;
@@ -124,13 +166,14 @@ struct NodeKind {
   Family family;
   bool leaf;
   Maker make;
+  bool (*stands)(Family);
 };
 inline void PrintTo(const NodeKind& kind, std::ostream* out) { *out << kind.type; }
 
 template <class... N>
 std::vector<NodeKind> kinds_of(const std::variant<N...>*) {
-  return {
-      NodeKind{N::type, N::family, std::span<const Slot>(N::slots).empty(), &random_node<N>}...};
+  return {NodeKind{N::type, N::family, std::span<const Slot>(N::slots).empty(), &random_node<N>,
+                   &stands_in<N>}...};
 }
 
 /// Every node type, in the order of the variant.
@@ -145,7 +188,7 @@ inline Node random_tree(Random& random, Family family, int depth) {
     const auto& kinds = node_kinds();
     const NodeKind& kind =
         kinds[static_cast<std::size_t>(random.whole(0, static_cast<long long>(kinds.size()) - 1))];
-    if (kind.family != Family::any && kind.family != family) continue;
+    if (!kind.stands(family)) continue;
     if (depth <= 0 && !kind.leaf) continue;
     return kind.make(random, family, depth);
   }

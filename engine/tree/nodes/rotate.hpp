@@ -12,6 +12,7 @@ struct Rotate {
       "The child, turned about an axis through a pivot, counter-clockwise seen against the axis.";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"child", "What is turned.", 1, 1, false}};
+  static constexpr bool rigid = true;
 
   Vec3 axis{0, 0, 1};
   double angle = 0;  // [deg]

@@ -9,6 +9,7 @@ struct Translate {
   static constexpr std::string_view doc = "The child, moved: F(p) = F_1(p - by).";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"child", "What is moved.", 1, 1, false}};
+  static constexpr bool rigid = true;
 
   Vec3 by;  // [m]
 

@@ -81,6 +81,45 @@ TEST(ParseNode, KeepsGeologyOutOfTerrainTrees) {
   EXPECT_TRUE(parse(strata, {}, Family::geology).problems.empty());
 }
 
+TEST(ParseNode, KeepsDistancesAndFieldsApart) {
+  EXPECT_TRUE(parse(R"({"type": "from_distance", "child": {"type": "offset", "by": 1, "child":
+      {"type": "translate", "by": [1, 2, 3], "child":
+        {"type": "sphere", "center": [0, 0, 0], "radius": 2}}}})")
+                  .problems.empty());
+  EXPECT_EQ(parse(R"({"type": "from_distance", "child":
+                      {"type": "point", "center": [0, 0, 0], "radius": 2}})")
+                .first(),
+            "/tree/child/type: point belongs into a field, not into a distance tree");
+  EXPECT_EQ(parse(R"({"type": "offset", "by": 1, "child": {}})").first(),
+            "/tree/type: offset belongs into a distance tree, below \"from_distance\"");
+}
+
+TEST(ParseNode, ReadsEachSlotInItsOwnFamily) {
+  const auto p = parse(R"({"type": "erosion",
+      "resistance": {"type": "strata", "wavelength": 9},
+      "control": {"type": "strata", "wavelength": 9}})");
+  ASSERT_EQ(p.problems.size(), 1u);
+  EXPECT_EQ(p.first(), "/tree/control/type: strata belongs into \"geology\" only");
+}
+
+TEST(ParseNode, SaysWhatIsWrongWithAFormulaAPlacementOrAnOutline) {
+  EXPECT_EQ(
+      parse(R"({"type": "expression", "formula": "x + dept", "parameters": {"depth": 3}})").first(),
+      "/tree/formula: column 5: \"dept\" is neither a coordinate, a parameter nor a function, "
+      "did you mean \"depth\"?");
+  EXPECT_EQ(parse(R"({"type": "expression", "formula": "1", "parameters": {"x": 3}})").first(),
+            "/tree/parameters: \"x\" is no name for a parameter: letters, digits and _, a letter "
+            "first, at most 32, and no other meaning");
+  EXPECT_EQ(parse(R"({"type": "repeat", "placements": [{"at": [0, 0, 0]}, {"scale": 0}],
+                      "child": {"type": "blend", "children": []}})")
+                .problems.size(),
+            2u);
+  EXPECT_EQ(parse(R"({"type": "prism", "outline": [[0, 0], [1, 0], [2, 0]],
+                      "bottom": 0, "top": 1})")
+                .first(),
+            "/tree/outline: encloses no area");
+}
+
 TEST(ParseNode, ExpandsInstances) {
   const json define = {
       {"pair", {{"type", "union"}, {"children", {{{"use", "ball"}}, {{"use", "ball"}}}}}},
@@ -158,12 +197,15 @@ TEST(ForEachPoint, FindsThemAllInTheirOrder) {
 
 TEST(NodeSchema, HoldsEveryTypeOfAFamilyOnce) {
   const json schema = node_schema();
-  EXPECT_EQ(schema["terrain_node"]["oneOf"].size(), std::variant_size_v<AnyNode> + 1 - 2);
+  // All but three that are geology only and three that are distances only; and "use".
+  EXPECT_EQ(schema["terrain_node"]["oneOf"].size(), std::variant_size_v<AnyNode> - 3 - 3 + 1);
   EXPECT_EQ(schema["node.strata"]["properties"]["type"]["const"], "strata");
   EXPECT_EQ(schema["node.union"]["properties"]["children"]["items"]["$ref"],
             "#/$defs/terrain_node");
   EXPECT_EQ(schema["geology.node.blend"]["properties"]["children"]["items"]["$ref"],
             "#/$defs/geology_node");
+  EXPECT_EQ(schema["node.from_distance"]["properties"]["child"]["$ref"], "#/$defs/distance_node");
+  EXPECT_EQ(schema["distance.node.rotate"]["properties"]["child"]["$ref"], "#/$defs/distance_node");
   // Every reference leads somewhere.
   const std::string text = schema.dump(), prefix = "#/$defs/";
   for (auto at = text.find(prefix); at != text.npos; at = text.find(prefix, at + 1)) {

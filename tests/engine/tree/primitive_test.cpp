@@ -68,6 +68,81 @@ TEST(Primitive, HasItsSurfaceAtTheStatedSize) {
   on_surface({e}, {3 / std::sqrt(3.0), 5 / std::sqrt(3.0), 8 / std::sqrt(3.0)});
 }
 
+TEST(Primitive, OfACurvePassesThroughItsPointsAndEnds) {
+  CatmullRom curve;
+  curve.points = {Vec3{0, 0, 0}, Vec3{10, 0, 0}, Vec3{20, 10, 0}};
+  curve.radius = 2;
+  for (const Point& p : curve.points) EXPECT_NEAR(value({curve}, p.value), 1, 1e-4);
+  // Half way along the first span: (0 + 10) / 2 + (0 - 2 * 10 + ...) / 16, by the basis
+  // (-1, 9, 9, -1) / 16 on (-10, 0), (0, 0), (10, 0), (20, 10).
+  EXPECT_NEAR(value({curve}, {5, -0.625, 0}), 1, 1e-3);
+  EXPECT_NEAR(value({curve}, {5, -0.625, 2}), 0.5, 1e-3);
+  curve.closed = true;
+  EXPECT_GT(value({curve}, {10, 5, 0}), 0);
+  Bezier arch;
+  arch.points = {Vec3{0, 0, 0}, Vec3{0, 0, 8}, Vec3{8, 0, 8}, Vec3{8, 0, 0}};
+  arch.radius = 1;
+  // B(1/2) = (0 + 3 * 0 + 3 * 8 + 8) / 8, 6 * 8 / 8.
+  EXPECT_NEAR(value({arch}, {4, 0, 6}), 1, 1e-2);
+  EXPECT_NEAR(value({arch}, {4, 1, 6}), 0.5, 1e-2);
+  EXPECT_NEAR(value({arch}, {8, 0, 0}), 1, 1e-5);
+}
+
+TEST(Primitive, UsesTheExactDistanceToRoundSolids) {
+  const auto d = [](const Node& n, const Vec3& p) {
+    return 20 * (std::sqrt(1 - std::cbrt(value(n, p))) - half_falloff);
+  };
+  RoundedBox stone;
+  stone.center = Vec3{0, 0, 0};
+  stone.size = {6, 8, 10};
+  stone.rounding = 1;
+  stone.falloff = 20;
+  EXPECT_NEAR(d({stone}, {5, 0, 0}), 2, 2e-4);
+  EXPECT_NEAR(d({stone}, {2 + 3, 3 + 4, 0}), 4, 2e-4);  // 5 from the inner block's edge
+  EXPECT_NEAR(d({stone}, {0, 0, 0}), -3, 2e-4);
+  TruncatedCone cone;
+  cone.base = Vec3{0, 0, 0};
+  cone.top = Vec3{0, 0, 4};
+  cone.base_radius = 6;
+  cone.top_radius = 3;
+  cone.falloff = 20;
+  EXPECT_NEAR(d({cone}, {1, 0, 6}), 2, 2e-4);                // the top
+  EXPECT_NEAR(d({cone}, {1, 0, -2}), 2, 2e-4);               // the base
+  EXPECT_NEAR(d({cone}, {4.5 + 0.8, 0, 2 + 0.6}), 1, 2e-4);  // the mantle
+  EXPECT_NEAR(d({cone}, {9, 0, -4}), 5, 2e-4);               // the rim
+  EXPECT_NEAR(d({cone}, {4.5 - 0.8, 0, 2 - 0.6}), -1, 2e-4);
+  EXPECT_NEAR(cone.half_thickness(), 2, 1e-12);
+  Cylinder column;
+  column.base = Vec3{0, 0, 0};
+  column.top = Vec3{10, 0, 0};
+  column.radius = 3;
+  column.falloff = 20;
+  EXPECT_NEAR(d({column}, {5, 0, 5}), 2, 2e-4);
+  EXPECT_NEAR(d({column}, {13, 7, 0}), 5, 2e-4);
+  EXPECT_NEAR(d({column}, {5, 0, 1}), -2, 2e-4);
+  Capsule pill;
+  pill.from = Vec3{0, 0, 0};
+  pill.to = Vec3{10, 0, 0};
+  pill.radius = 3;
+  pill.falloff = 20;
+  EXPECT_NEAR(d({pill}, {13, 4, 0}), 2, 2e-4);
+  EXPECT_NEAR(d({pill}, {5, 0, 0}), -3, 2e-4);
+  Torus ring;
+  ring.center = Vec3{0, 0, 0};
+  ring.radius = 5;
+  ring.tube = 2;
+  ring.falloff = 20;
+  EXPECT_NEAR(d({ring}, {0, 8, 4}), 3, 2e-4);
+  EXPECT_NEAR(d({ring}, {0, 0, 0}), 3, 2e-4);
+  EXPECT_NEAR(d({ring}, {5, 0, 0}), -2, 2e-4);
+  HalfSpace half;
+  half.point = Vec3{0, 0, 5};
+  half.normal = {0, 3, 4};
+  half.falloff = 20;
+  EXPECT_NEAR(d({half}, {100, 3, 9}), 5, 2e-4);
+  EXPECT_NEAR(d({half}, {-50, -3, 1}), -5, 2e-4);
+}
+
 TEST(Primitive, FallsOffFromTheSurfaceOfAVolume) {
   // d = 0.5 outside, R = 2: g(0.5 + 0.9084040) = (1 - 0.7042020^2)^3.
   const Node n{ball({0, 0, 0}, 5, 2)};
