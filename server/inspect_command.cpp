@@ -9,6 +9,7 @@
 #include "engine/base/json.hpp"
 #include "engine/dem/raster.hpp"
 #include "engine/scene/picture.hpp"
+#include "engine/scene/reference.hpp"
 #include "engine/scene/sample.hpp"
 #include "engine/scene/scene.hpp"
 #include "server/commands.hpp"
@@ -156,14 +157,16 @@ void add_info(CLI::App& app, int* exit) {
 }
 
 void add_schema(CLI::App& app, int* exit) {
-  const std::map<std::string, json (*)()> schemas{{"scene", scene::schema}};
+  const std::map<std::string, std::string (*)()> schemas{
+      {"scene", [] { return scene::schema().dump(2) + "\n"; }}, {"nodes", scene::node_reference}};
   auto which = std::make_shared<std::string>("scene");
-  auto* command = app.add_subcommand("schema", "Print the JSON Schema of a scene");
-  command->add_option("which", *which, "scene")
+  auto* command =
+      app.add_subcommand("schema", "Print the JSON Schema of a scene, or the reference of nodes");
+  command->add_option("which", *which, "scene or nodes")
       ->check(CLI::IsMember(schemas))
       ->capture_default_str();
   command->callback([=] {
-    fmt::print("{}\n", schemas.at(*which)().dump(2));
+    fmt::print("{}", schemas.at(*which)());
     *exit = 0;
   });
 }

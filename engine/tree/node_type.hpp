@@ -58,6 +58,7 @@ concept NodeType = std::default_initializable<N> && std::equality_comparable<N> 
     requires(const N node, std::span<const Support> children) {
   { N::type } -> std::convertible_to<std::string_view>;  // JSON "type"
   { N::doc } -> std::convertible_to<std::string_view>;
+  { N::cited } -> std::convertible_to<std::string_view>;  // where the formula is from
   { N::family } -> std::convertible_to<Family>;
   N::fields();                                          // tuple of descriptors (fields.hpp)
   {std::span<const Slot>(N::slots)};                    // array of Slot

@@ -45,6 +45,7 @@ json node_definition(Family family) {
   json schema = fields_schema<N>();
   schema["type"] = "object";
   schema["description"] = std::string(N::doc);
+  schema["$comment"] = "Source: " + std::string(N::cited) + ".";
   schema["additionalProperties"] = false;
   schema["properties"]["type"] = {{"const", std::string(N::type)}};
   schema["required"].push_back("type");

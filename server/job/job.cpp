@@ -235,7 +235,7 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
     settings.threads = settings_.threads;
     settings.memory = settings_.memory;
     settings.stop = entry.stop.get_token();
-    settings.live_index = true;
+    settings.live_index = std::chrono::milliseconds(500);
     settings.progress = [&](const bake::Progress& progress) {
       const std::lock_guard guard(mutex_);
       entry.job.progress = progress;

@@ -159,11 +159,11 @@ class Run {
     });
   }
 
-  /// Rewrites the index of the tiles so far, a few times a second at most. Their errors are
-  /// estimates until the end: a tile's file does not depend on them.
+  /// Rewrites the index of the tiles so far. Their errors are estimates, which a complete index,
+  /// whose errors a later one may take over, never holds.
   void show_live() {
     const auto now = std::chrono::steady_clock::now();
-    if (now - shown_ < std::chrono::milliseconds(500)) return;
+    if (complete() || now - shown_ < *settings_.live_index) return;
     shown_ = now;
     std::map<plan::Key, double> errors;
     for (const auto& key : index_.planned) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -30,8 +31,8 @@ struct Settings {
   std::stop_token stop;
   /// Called from any thread, not at the same time twice.
   std::function<void(const Progress&)> progress;
-  /// Index what is finished every so often while tiles are baked, so that a viewer can follow.
-  bool live_index = false;
+  /// Index what is finished this often while tiles are baked, so that a viewer can follow.
+  std::optional<std::chrono::milliseconds> live_index;
 };
 
 struct Report {

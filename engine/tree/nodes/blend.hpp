@@ -8,6 +8,8 @@ namespace hoodoo::tree {
 struct Blend {
   static constexpr std::string_view type = "blend";
   static constexpr std::string_view doc = "Sum: F = energy (F_1 + F_2 + ...).";
+  static constexpr std::string_view cited =
+      "Paris et al. 2019, section 5.3 (and 4.2 for the resistance)";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{
       Slot{"children", "What is added up, each with an energy of its own.", 0, any_number, true}};

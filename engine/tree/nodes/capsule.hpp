@@ -10,6 +10,7 @@ struct Capsule : Volume {
   static constexpr std::string_view doc =
       "Cylinder with round ends: F = e g(max(0, d + 0.4542 R)), d the distance to the segment less "
       "radius.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.2 (volumetric skeletons)";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

@@ -8,6 +8,7 @@ namespace hoodoo::tree {
 struct Carve {
   static constexpr std::string_view type = "carve";
   static constexpr std::string_view doc = "Blend with negative energy: F = F_1 - F_2 - ...";
+  static constexpr std::string_view cited = "Paris et al. 2019, sections 5.3 and 6";
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{
       Slot{"children", "The body, then what is carved out of it.", 1, any_number, true}};

@@ -11,6 +11,7 @@ struct CatmullRom : Thin {
   static constexpr std::string_view doc =
       "Tube that falls off from a smooth curve through points (Catmull-Rom): "
       "F = e (1 - (r/R)^2)^3, R = radius / 0.4542.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.2 (curve skeletons)";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

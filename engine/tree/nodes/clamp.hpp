@@ -12,6 +12,7 @@ struct Clamp {
   static constexpr std::string_view type = "clamp";
   static constexpr std::string_view doc =
       "The child, held to a range: F = min(max(F_1, low), high).";
+  static constexpr std::string_view cited = "hoodoo: resistances lie in [0, 1]";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"child", "What is held.", 1, 1, false}};
   static constexpr Pick pick = Pick::none;

@@ -9,6 +9,7 @@ struct Difference {
   static constexpr std::string_view type = "difference";
   static constexpr std::string_view doc =
       "The first child without the others: F = min(F_1, 1 - F_2, 1 - F_3, ...).";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.3, in normalised units";
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{
       Slot{"children", "The body, then what is taken away from it.", 1, any_number, true}};

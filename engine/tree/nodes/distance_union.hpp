@@ -10,6 +10,7 @@ struct DistanceUnion {
   static constexpr std::string_view type = "distance_union";
   static constexpr std::string_view doc =
       "Union with a fillet: d = min(a, b) - m^2 / (4 k), m = max(0, k - |a - b|).";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::distance;
   static constexpr std::array slots{Slot{"children", "What is united.", 1, any_number, true}};
 

@@ -13,6 +13,8 @@ struct Ellipsoid : Volume {
   static constexpr std::string_view doc =
       "Axis-aligned ellipsoid: F = e g(max(0, d + 0.4542 R)), d the signed distance to its "
       "surface.";
+  static constexpr std::string_view cited =
+      "Paris et al. 2019, section 5.2; distance after Eberly 2013";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

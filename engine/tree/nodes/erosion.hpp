@@ -12,6 +12,7 @@ struct Erosion {
   static constexpr std::string_view type = "erosion";
   static constexpr std::string_view doc =
       "Wears a shape down where its rock is soft: F = F_1 - a fD (1 - rho).";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.3, with an amplitude";
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{
       Slot{"resistance", "rho: the geology that resists, in [0,1].", 1, 1, false, Family::geology},

@@ -17,6 +17,7 @@ struct Expression {
   static constexpr std::string_view doc =
       "A formula over x, y, z in metres and named parameters: + - * / pow min max abs clamp mix "
       "smoothstep sin cos sqrt exp log floor noise fbm.";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

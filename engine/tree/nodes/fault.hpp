@@ -11,6 +11,7 @@ struct Fault {
   static constexpr std::string_view doc =
       "Geology with a dislocated part: rho(w^-1(p)) strictly inside a domain, rho(p) outside; w "
       "turns, then moves.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 4.4";
   static constexpr Family family = Family::geology;
   static constexpr std::array slots{Slot{"child", "rho: the geology as it was.", 1, 1, false},
                                     Slot{"domain", "The part that moves: where its F exceeds 1/2.",

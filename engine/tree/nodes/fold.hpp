@@ -13,6 +13,7 @@ struct Fold {
   static constexpr std::string_view doc =
       "The child, folded along one direction: F(p) = F_1(p + a (2 t(p) - 1) fD(p) n), t "
       "turbulence.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 4.3, about 0";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{
       Slot{"child", "What is folded.", 1, 1, false},

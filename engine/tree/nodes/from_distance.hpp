@@ -8,6 +8,7 @@ struct FromDistance {
   static constexpr std::string_view type = "from_distance";
   static constexpr std::string_view doc =
       "A distance tree as a field: F = clamp(1/2 - d / (2k), 0, 1), d negative inside.";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{
       Slot{"child", "The distance d [m].", 1, 1, false, Family::distance}};

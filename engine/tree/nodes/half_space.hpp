@@ -10,6 +10,7 @@ struct HalfSpace : Volume {
   static constexpr std::string_view type = "half_space";
   static constexpr std::string_view doc =
       "Everything behind a plane: F = e g(max(0, d + 0.4542 R)), d = n . (p - point).";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.2 (volumetric skeletons)";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

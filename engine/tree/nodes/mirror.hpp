@@ -8,6 +8,7 @@ struct Mirror {
   static constexpr std::string_view type = "mirror";
   static constexpr std::string_view doc =
       "The child's image in a plane: F(p) = F_1(p - 2 n (n . (p - point))).";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"child", "What is mirrored.", 1, 1, false}};
   static constexpr bool rigid = true;

@@ -8,6 +8,8 @@ namespace hoodoo::tree {
 struct Morph {
   static constexpr std::string_view type = "morph";
   static constexpr std::string_view doc = "From one shape to another: F = A (1 - a) + B a.";
+  static constexpr std::string_view cited =
+      "Zawadzki, Nikiel, Ribeiro 2013, section III.E, equation 14";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"from", "A: the shape at a = 0.", 1, 1, false},
                                     Slot{"to", "B: the shape at a = 1.", 1, 1, false}};

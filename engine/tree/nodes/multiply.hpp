@@ -7,6 +7,7 @@ namespace hoodoo::tree {
 struct Multiply {
   static constexpr std::string_view type = "multiply";
   static constexpr std::string_view doc = "Product: F = F_1 F_2 ...";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"children", "What is multiplied.", 1, 8, true}};
   static constexpr Pick pick = Pick::none;

@@ -9,6 +9,7 @@ struct Offset {
   static constexpr std::string_view type = "offset";
   static constexpr std::string_view doc =
       "Thicker on all sides, thinner where negative: d = d_1 - by.";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::distance;
   static constexpr std::array slots{Slot{"child", "What grows.", 1, 1, false}};
 

@@ -10,6 +10,7 @@ struct Plane {
   static constexpr std::string_view type = "plane";
   static constexpr std::string_view doc =
       "Layer about a plane: rho = e g(d) + a t(p), d the distance to the plane.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 4.2";
   static constexpr Family family = Family::geology;
   static constexpr auto slots = no_slots;
 

@@ -9,6 +9,7 @@ struct PointNode : Thin {
   static constexpr std::string_view type = "point";
   static constexpr std::string_view doc =
       "Ball that falls off from its centre: F = e (1 - (r/R)^2)^3, R = radius / 0.4542.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.2";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

@@ -14,6 +14,7 @@ struct Prism : Volume {
   static constexpr std::string_view doc =
       "Upright block over a polygon: F = e g(max(0, d + 0.4542 R)), d the signed distance to its "
       "walls, floor and roof.";
+  static constexpr std::string_view cited = "Paris et al. 2019, sections 5.1 and 5.2";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

@@ -38,6 +38,7 @@ struct Repeat {
   static constexpr std::string_view type = "repeat";
   static constexpr std::string_view doc =
       "The child, many times over: the union (not below 0) or the sum of its instances.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 8 (instances)";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"child", "What is repeated.", 1, 1, false}};
 

@@ -10,6 +10,7 @@ struct Rotate {
   static constexpr std::string_view type = "rotate";
   static constexpr std::string_view doc =
       "The child, turned about an axis through a pivot, counter-clockwise seen against the axis.";
+  static constexpr std::string_view cited = "Rodrigues' formula";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"child", "What is turned.", 1, 1, false}};
   static constexpr bool rigid = true;

@@ -9,6 +9,7 @@ struct Scale {
   static constexpr std::string_view type = "scale";
   static constexpr std::string_view doc =
       "The child, stretched about a pivot: F(p) = F_1(pivot + (p - pivot) / by), axis by axis.";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"child", "What is stretched.", 1, 1, false}};
 

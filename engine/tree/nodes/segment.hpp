@@ -9,6 +9,7 @@ struct Segment : Thin {
   static constexpr std::string_view type = "segment";
   static constexpr std::string_view doc =
       "Capsule that falls off from a line segment: F = e (1 - (r/R)^2)^3, R = radius / 0.4542.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.2";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

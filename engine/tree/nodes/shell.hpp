@@ -9,6 +9,7 @@ struct Shell {
   static constexpr std::string_view type = "shell";
   static constexpr std::string_view doc =
       "A wall along the surface, half on either side: d = |d_1| - thickness / 2.";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::distance;
   static constexpr std::array slots{Slot{"child", "Whose surface it follows.", 1, 1, false}};
 

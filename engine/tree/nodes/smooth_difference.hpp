@@ -12,6 +12,7 @@ struct SmoothDifference {
   static constexpr std::string_view doc =
       "The first child a without the others b, with a fillet: min(a, 1 - b) - m^2 / (4 w), "
       "m = max(0, w - |a - 1 + b|), w = width max(0, 1 - a + b), not below min(a, 1 - b, 0).";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{
       Slot{"children", "The body, then what is taken away from it.", 1, any_number, true}};

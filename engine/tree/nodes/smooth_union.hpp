@@ -10,6 +10,7 @@ struct SmoothUnion {
   static constexpr std::string_view doc =
       "Union with a fillet: max(a, b) + m^2 / (4 w), m = max(0, w - |a - b|), "
       "w = width max(0, a + b).";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{Slot{"children", "What is united.", 1, any_number, true}};
   static constexpr Pick pick = Pick::none;

@@ -9,6 +9,7 @@ struct Sphere : Volume {
   static constexpr std::string_view type = "sphere";
   static constexpr std::string_view doc =
       "Ball: F = e g(max(0, d + 0.4542 R)), d = |p - center| - radius.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.2 (volumetric skeletons)";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

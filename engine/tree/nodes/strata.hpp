@@ -9,6 +9,7 @@ namespace hoodoo::tree {
 struct Strata {
   static constexpr std::string_view type = "strata";
   static constexpr std::string_view doc = "Horizontal layers: rho = energy t(0, 0, z).";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 4.1";
   static constexpr Family family = Family::geology;
   static constexpr auto slots = no_slots;
 

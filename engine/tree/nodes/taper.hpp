@@ -12,6 +12,9 @@ struct Taper : Spine {
   static constexpr std::string_view doc =
       "The child, its cross-section scaled along an axis, from 1 at the centre to a factor at the "
       "end.";
+  static constexpr std::string_view cited =
+      "Paris et al. 2019, section 4.3; Barr 1984, Global and local deformations of solid "
+      "primitives, section 5";
   static constexpr Family family = Family::any;
   static constexpr auto slots = deformation_slots;
 

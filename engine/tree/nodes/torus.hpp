@@ -12,6 +12,7 @@ struct Torus : Volume {
   static constexpr std::string_view type = "torus";
   static constexpr std::string_view doc =
       "Ring: F = e g(max(0, d + 0.4542 R)), d = sqrt((q - radius)^2 + h^2) - tube.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.2 (volumetric skeletons)";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

@@ -7,6 +7,7 @@ namespace hoodoo::tree {
 struct Translate {
   static constexpr std::string_view type = "translate";
   static constexpr std::string_view doc = "The child, moved: F(p) = F_1(p - by).";
+  static constexpr std::string_view cited = "hoodoo";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{Slot{"child", "What is moved.", 1, 1, false}};
   static constexpr bool rigid = true;

@@ -9,6 +9,7 @@ struct TruncatedCone : Volume {
   static constexpr std::string_view type = "truncated_cone";
   static constexpr std::string_view doc =
       "Cone without its tip: F = e g(max(0, d + 0.4542 R)), d the signed distance to its surface.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.2 (volumetric skeletons)";
   static constexpr Family family = Family::any;
   static constexpr auto slots = no_slots;
 

@@ -13,6 +13,8 @@ struct Twist : Spine {
   static constexpr std::string_view type = "twist";
   static constexpr std::string_view doc =
       "The child, turned about an axis by an angle that grows along it.";
+  static constexpr std::string_view cited =
+      "Barr 1984, Global and local deformations of solid primitives, section 5";
   static constexpr Family family = Family::any;
   static constexpr auto slots = deformation_slots;
 

@@ -7,6 +7,8 @@ namespace hoodoo::tree {
 struct Union {
   static constexpr std::string_view type = "union";
   static constexpr std::string_view doc = "F = max(F_1, F_2, ...).";
+  static constexpr std::string_view cited =
+      "Paris et al. 2019, section 5.3 (printed the other way round)";
   static constexpr Family family = Family::terrain;
   static constexpr std::array slots{Slot{"children", "What is united.", 1, any_number, true}};
   static constexpr Pick pick = Pick::largest;

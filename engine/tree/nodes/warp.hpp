@@ -14,6 +14,7 @@ struct Warp {
   static constexpr std::string_view doc =
       "The child, bent by noise: F(p) = F_1(p + a delta(p) fD(p)), delta three turbulences 2 t - "
       "1.";
+  static constexpr std::string_view cited = "Paris et al. 2019, section 5.3, about 0";
   static constexpr Family family = Family::any;
   static constexpr std::array slots{
       Slot{"child", "What is bent.", 1, 1, false},

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -78,6 +79,14 @@ TEST_F(Bake, GivesTheSameBytesOnOneThreadAndOnThree) {
   EXPECT_TRUE(run(scene(), "three", three).complete);
   EXPECT_GT(files("one").size(), 20U);
   EXPECT_EQ(files("one"), files("three"));
+}
+
+TEST_F(Bake, FollowedLiveGivesTheSameBytes) {
+  bake::Settings followed;
+  followed.live_index = std::chrono::milliseconds(0);
+  run(scene(), "followed", followed);
+  run(scene(), "alone");
+  EXPECT_EQ(files("followed"), files("alone"));
 }
 
 TEST_F(Bake, TakesOverWhatIsFinishedAndChangesNoByte) {

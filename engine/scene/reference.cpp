@@ -1,0 +1,113 @@
+// The reference page of the nodes, from their JSON Schema.
+#include "engine/scene/reference.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "engine/tree/parse.hpp"
+
+namespace hoodoo::scene {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view prefix = "node.";
+constexpr const char* heading = R"(# Nodes
+
+Every type that a construction tree is made of, written by `hoodoo schema nodes`. Solid is where F > 1/2, and the
+surface lies at F = 1/2; g(r) = (1 - (r/R)^2)^3 is the falloff of radius R, e an energy, t a turbulence in [0, 1], rho a
+resistance in [0, 1]. Lengths are in metres, angles in degrees. Each picture is its example by `hoodoo draw`: of a
+terrain tree its surface, cut open by the faces of a cube; of a geology tree its resistance, dark where soft.
+
+A field without a default must be given.
+)";
+
+/// The types of a family, by the names of their definitions.
+std::vector<std::string> members(const json& definitions, const std::string& family) {
+  std::vector<std::string> names;
+  for (const auto& one : definitions[family]["oneOf"]) {
+    const auto name = one["$ref"].get<std::string>();
+    const auto at = name.rfind(prefix);
+    if (at != std::string::npos) names.push_back(name.substr(at + prefix.size()));
+  }
+  return names;
+}
+
+std::string number(const json& v) {
+  return v.is_number_float() ? fmt::format("{:g}", v.get<double>()) : v.dump();
+}
+
+/// "(0, 100]", "2 or more", "" where any value does.
+std::string range_of(const json& field) {
+  if (field.contains("enum")) {
+    std::string names;
+    for (const auto& name : field["enum"]) names += (names.empty() ? "" : ", ") + name.dump();
+    return names;
+  }
+  const json& one =
+      field.contains("items") && field["items"].contains("maximum") ? field["items"] : field;
+  const bool open = one.contains("exclusiveMinimum");
+  if (!one.contains("maximum") || (!open && !one.contains("minimum"))) return "";
+  return fmt::format("{}{}, {}]", open ? "(" : "[",
+                     number(one[open ? "exclusiveMinimum" : "minimum"]), number(one["maximum"]));
+}
+
+std::string unit_of(const json& field) {
+  if (field.contains("x-unit")) return field["x-unit"].get<std::string>();
+  if (field.value("$ref", "") == "#/$defs/point") return "m";
+  if (field.contains("items")) return unit_of(field["items"]);
+  return "";
+}
+
+void add_rows(const json& properties, const std::string& before, std::string& text) {
+  for (const auto& [key, field] : properties.items()) {
+    if (key == "type") continue;
+    if (field.contains("properties")) {
+      add_rows(field["properties"], before + key + ".", text);
+      continue;
+    }
+    const auto fallback = field.contains("default") ? field["default"].dump() : "";
+    text += fmt::format("| `{}{}` | {} | {} | {} | {} |\n", before, key, unit_of(field),
+                        range_of(field), fallback, field.value("description", ""));
+  }
+}
+
+std::string section(const std::string& type, const json& node, const std::string& stands) {
+  auto text = fmt::format("\n## {0}\n\n![{0}](nodes/{0}.png)\n\n{1}\n\nStands in {2} trees.", type,
+                          node.value("description", ""), stands);
+  if (node.contains("$comment")) text += " " + node["$comment"].get<std::string>();
+  text += fmt::format(" Example: [nodes/{0}.json](nodes/{0}.json).\n\n", type);
+  text += "| field | unit | range | default | |\n|---|---|---|---|---|\n";
+  add_rows(node["properties"], "", text);
+  return text;
+}
+
+}  // namespace
+
+std::vector<NodeName> node_names() {
+  const auto definitions = tree::node_schema();
+  std::map<std::string, std::vector<std::string>> stands;
+  for (const char* family : {"terrain", "geology", "distance"}) {
+    for (const auto& type : members(definitions, family + std::string("_node"))) {
+      stands[type].emplace_back(family);
+    }
+  }
+  std::vector<NodeName> names;
+  for (auto& [type, families] : stands) names.push_back({type, std::move(families)});
+  return names;
+}
+
+std::string node_reference() {
+  const auto definitions = tree::node_schema();
+  std::string text = heading;
+  for (const auto& [type, families] : node_names()) {
+    text += section(type, definitions[std::string(prefix) + type],
+                    fmt::format("{}", fmt::join(families, ", ")));
+  }
+  return text;
+}
+
+}  // namespace hoodoo::scene
