@@ -91,9 +91,10 @@ inline Interval cosine(const Interval& a) {
   if (a.width() >= 2 * pi || magnitude(a).high > 1e6) return {-1, 1};
   const double p = tree::cosine(a.low), q = tree::cosine(a.high), slack = 1e-9;
   Interval all{std::min(p, q) - slack, std::max(p, q) + slack};
-  const double first = std::ceil(a.low / pi - slack), last = std::floor(a.high / pi + slack);
-  for (double k = first; k <= last; ++k) {
-    if (std::floor(k / 2) * 2 == k) {
+  const int first = static_cast<int>(std::ceil(a.low / pi - slack));
+  const int last = static_cast<int>(std::floor(a.high / pi + slack));
+  for (int k = first; k <= last; ++k) {
+    if (k % 2 == 0) {
       all.high = 1 + slack;
     } else {
       all.low = -1 - slack;
