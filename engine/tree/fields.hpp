@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/vector.hpp"
+#include "engine/tree/balls.hpp"
 #include "engine/tree/point.hpp"
 
 /// Descriptors of what a scene author may set on a type. A type lists them once, in a static
@@ -98,6 +99,17 @@ template <class T>
 struct Positions {
   std::string_view key;
   std::vector<Point> T::*member;
+  std::size_t least, most;
+  std::string_view doc;
+};
+
+inline constexpr std::size_t most_balls = 1'000'000;
+
+/// Balls, each an array of numbers.
+template <class T>
+struct BallList {
+  std::string_view key;
+  Balls T::*member;
   std::size_t least, most;
   std::string_view doc;
 };

@@ -73,6 +73,14 @@ void randomise(T& t, const Positions<T>& f, Random& random) {
   for (Point& p : points) p = random.place(scene_size);
 }
 template <class T>
+void randomise(T& t, const BallList<T>& f, Random& random) {
+  std::vector<Ball> balls(f.least + static_cast<std::size_t>(random.whole(0, 30)));
+  for (Ball& b : balls) {
+    b = {random.place(scene_size), random.real(1, 4), static_cast<float>(random.real(-2, 2))};
+  }
+  t.*f.member = Balls(balls);
+}
+template <class T>
 void randomise(T& t, const Vector<T>& f, Random& random) {
   for (int axis = 0; axis < 3; ++axis) {
     (t.*f.member)[axis] = random_number(random, f.range, f.unit);
