@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -16,16 +17,47 @@ struct Turbulence {
   std::uint32_t seed = 0;
 };
 
-/// Values of `t` in [0,1] at origin + (x,y,z)[i] [m]. The lattice cell of the origin is taken in
-/// double, so the result keeps its precision however far the origin lies.
+/// One octave around an origin. A point's place in the simplex lattice is (i, j, k) + the place of
+/// frequency * p + (x, y, z).
+struct Octave {
+  float frequency;  // [1/m]
+  float x, y, z;    // what of the origin lies within its lattice cell
+  std::uint32_t i, j, k, seed;
+  float amplitude;  // of the normalised sum
+};
+
+/// A turbulence made ready for points relative to one origin.
+struct PlacedTurbulence {
+  static constexpr std::size_t most_octaves = 12;
+  std::array<Octave, most_octaves> octaves;
+  std::size_t count;
+};
+
+/// The lattice cell of the origin is taken in double, so that values keep their precision however
+/// far it lies.
+PlacedTurbulence placed(const Turbulence& t, const Vec3& origin);
+
+/// Values of `t` in [0,1] at its origin + (x,y,z)[i] [m].
 /// The same bits on every instruction set (no FMA, one lane = one point).
-void turbulence(const Turbulence& t, const Vec3& origin, std::span<const float> x,
-                std::span<const float> y, std::span<const float> z, std::span<float> out);
+void turbulence(const PlacedTurbulence& t, std::span<const float> x, std::span<const float> y,
+                std::span<const float> z, std::span<float> out);
 
 /// As `turbulence`, with the gradient [1/m]. `out` has the same bits as from `turbulence`.
-void turbulence_gradient(const Turbulence& t, const Vec3& origin, std::span<const float> x,
+void turbulence_gradient(const PlacedTurbulence& t, std::span<const float> x,
                          std::span<const float> y, std::span<const float> z, std::span<float> out,
                          std::span<float> gx, std::span<float> gy, std::span<float> gz);
+
+// The same, around `origin`.
+inline void turbulence(const Turbulence& t, const Vec3& origin, std::span<const float> x,
+                       std::span<const float> y, std::span<const float> z, std::span<float> out) {
+  turbulence(placed(t, origin), x, y, z, out);
+}
+inline void turbulence_gradient(const Turbulence& t, const Vec3& origin, std::span<const float> x,
+                                std::span<const float> y, std::span<const float> z,
+                                std::span<float> out, std::span<float> gx, std::span<float> gy,
+                                std::span<float> gz) {
+  turbulence_gradient(placed(t, origin), x, y, z, out, gx, gy, gz);
+}
 
 /// A bound [1/m] on the length of the gradient of `t`.
 double turbulence_slope(const Turbulence& t);

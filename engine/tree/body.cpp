@@ -4,6 +4,7 @@
 
 #include "engine/tree/dual.hpp"
 #include "engine/tree/polygon.hpp"
+#include "engine/tree/rows.hpp"
 
 namespace hoodoo::tree {
 namespace {
@@ -36,7 +37,7 @@ Interval terrain_bounds(const HeightBody& body, const dem::Window& window, const
 }  // namespace
 
 struct BodyField::Column {
-  float x, y;        // relative to the block
+  double elevation;  // h and offset
   float h;           // elevation relative to the block's origin
   float hx, hy;      // its slope
   float scale;       // +-1 / (R sqrt(1 + |grad h|^2))
@@ -56,14 +57,15 @@ BodyField::BodyField(const HeightBody& body, const dem::Window& window, const Bl
 
 BodyField::Column BodyField::column_at(float x, float y, bool with_gradient) const {
   const double px = origin_.x + static_cast<double>(x), py = origin_.y + static_cast<double>(y);
-  Column c{x, y, 0, 0, 0, static_cast<float>(1 / body_->falloff), 1};
+  Column c{0, 0, 0, 0, static_cast<float>(1 / body_->falloff), 1};
   dem::Height at{0, 0, 0};
   if (with_gradient || body_->slope_corrected) {
     at = window_->at(px, py);
   } else {
     at.h = window_->height(px, py);
   }
-  c.h = static_cast<float>(at.h + body_->offset - origin_.z);
+  c.elevation = at.h + body_->offset;
+  c.h = static_cast<float>(c.elevation - origin_.z);
   c.hx = static_cast<float>(at.hx);
   c.hy = static_cast<float>(at.hy);
   if (body_->slope_corrected) {
@@ -95,6 +97,37 @@ void BodyField::values(const Points& at, std::span<float> out) const {
     }
     begin = end;
   }
+}
+
+std::unique_ptr<Columns::OfBody> BodyField::columns(const Cube& at) const {
+  auto known = std::make_unique<Columns::OfBody>();
+  const bool plain = !cut_ && !body_->slope_corrected;
+  known->edge.fill(1);
+  known->scale.fill(static_cast<float>((body_->inverted ? -1 : 1) / body_->falloff));
+  for (std::size_t i = 0; i < at.nx; ++i) {
+    for (std::size_t j = 0; j < at.ny; ++j) {
+      const std::size_t n = Cube::side * i + j;
+      if (plain) {
+        known->h[n] = window_->height(origin_.x + static_cast<double>(at.x[i]),
+                                      origin_.y + static_cast<double>(at.y[j])) +
+                      body_->offset;
+        continue;
+      }
+      const Column c = column_at(at.x[i], at.y[j], false);
+      known->h[n] = c.elevation;
+      known->scale[n] = c.scale;
+      known->edge[n] = c.edge.v;
+    }
+  }
+  return known;
+}
+
+void BodyField::cube(const Cube& at, std::unique_ptr<Columns::OfBody>& known,
+                     CubeValues out) const {
+  if (!known) known = columns(at);
+  alignas(64) std::array<float, Columns::count> h;
+  for (std::size_t n = 0; n < h.size(); ++n) h[n] = static_cast<float>(known->h[n] - origin_.z);
+  step_rows(at, h, known->scale, known->edge, out);
 }
 
 void BodyField::gradients(const Points& at, std::span<float> out, const Gradients& g) const {

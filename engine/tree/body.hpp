@@ -3,6 +3,7 @@
 #include <span>
 
 #include "engine/dem/window.hpp"
+#include "engine/tree/columns.hpp"
 #include "engine/tree/ground.hpp"
 #include "engine/tree/node_type.hpp"
 #include "engine/tree/points.hpp"
@@ -23,15 +24,19 @@ class BodyField {
   /// At most batch_size points.
   void values(const Points& at, std::span<float> out) const;
   void gradients(const Points& at, std::span<float> out, const Gradients& g) const;
+  /// The bits that `values` gives, row by row. What the columns hold is found if it is not known
+  /// yet.
+  void cube(const Cube& at, std::unique_ptr<Columns::OfBody>& known, CubeValues out) const;
   /// Rounded outward, within [0, 1]; exactly 0 or 1 where the block is that throughout.
   const Interval& bounds() const { return bounds_; }
   /// The elevations, if F > 1/2 exactly where z lies below them.
   const dem::Window* elevations() const;
-  const std::string& id() const { return body_->id; }
+  const HeightBody& body() const { return *body_; }
 
  private:
   struct Column;  // what all points of one (x, y) share
   Column column_at(float x, float y, bool with_gradient) const;
+  std::unique_ptr<Columns::OfBody> columns(const Cube& at) const;
 
   const HeightBody* body_;
   const dem::Window* window_;

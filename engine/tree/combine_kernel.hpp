@@ -28,6 +28,18 @@ class CombineKernel final : public Kernel {
     for (std::size_t i = 0; i < n; ++i) out[i] = node_.last(out[i]);
   }
 
+  void cube(const Cube& at, CubeValues out) const override {
+    const std::size_t n = batch_size * at.nx;
+    std::array<float, Cube::size> child;
+    put_cube(children_[0].get(), at, out);
+    for (std::size_t i = 0; i < n; ++i) out[i] = node_.first(out[i]);
+    for (std::size_t c = 1; c < children_.size(); ++c) {
+      put_cube(children_[c].get(), at, child);
+      for (std::size_t i = 0; i < n; ++i) out[i] = node_.join(out[i], child[i]);
+    }
+    for (std::size_t i = 0; i < n; ++i) out[i] = node_.last(out[i]);
+  }
+
   void gradients(const Points& at, std::span<float> out, const Gradients& g) const override {
     const std::size_t n = at.size();
     std::array<float, batch_size> v, x, y, z;
@@ -62,6 +74,10 @@ class CombineKernel final : public Kernel {
 
   static void put_values(const Kernel* child, const Points& at, std::span<float> out) {
     if (child != nullptr) return child->values(at, out);
+    std::fill(out.begin(), out.end(), 0.0F);
+  }
+  static void put_cube(const Kernel* child, const Cube& at, CubeValues out) {
+    if (child != nullptr) return child->cube(at, out);
     std::fill(out.begin(), out.end(), 0.0F);
   }
   static void put_gradients(const Kernel* child, const Points& at, std::span<float> out,

@@ -1,9 +1,11 @@
 #include "engine/tree/evaluate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <variant>
 
+#include "engine/tree/ball_kernel.hpp"
 #include "engine/tree/combine_kernel.hpp"
 #include "engine/tree/primitive_kernel.hpp"
 #include "engine/tree/space_kernel.hpp"
@@ -46,12 +48,27 @@ Compiled compile_one(const N& node, const std::vector<Node>& children, const Blo
     return compile_displacement(node, children, block);
   } else if constexpr (Composite<N>) {
     return node.compile_node(children, block);
+  } else if constexpr (Swarm<N>) {
+    return compile_swarm(node, block);
   } else {
     return {std::make_unique<PatternKernel<N>>(node, block.origin), node.bounds(block)};
   }
 }
 
 }  // namespace
+
+void Kernel::cube(const Cube& at, CubeValues out) const {
+  std::array<float, batch_size> x, y, z;
+  static_assert(batch_size == Cube::side * Cube::side);
+  for (std::size_t n = 0; n < batch_size; ++n) {
+    y[n] = at.y[n / Cube::side];
+    z[n] = at.z[n % Cube::side];
+  }
+  for (std::size_t i = 0; i < at.nx; ++i) {
+    x.fill(at.x[i]);
+    values({x, y, z}, out.subspan(batch_size * i, batch_size));
+  }
+}
 
 Compiled compile(const Node& tree, const Block& block) {
   return std::visit([&](const auto& node) { return compile_one(node, tree.children, block); },

@@ -21,6 +21,8 @@ class Kernel {
   virtual void values(const Points& at, std::span<float> out) const = 0;
   /// The same bits in `out`, and the gradient.
   virtual void gradients(const Points& at, std::span<float> out, const Gradients& g) const = 0;
+  /// The bits that `values` gives at the points of a cube.
+  virtual void cube(const Cube& at, CubeValues out) const;
   /// Types of the nodes that are left, one line each, indented by depth.
   virtual void explain(int depth, std::vector<std::string>& lines) const = 0;
 };

@@ -11,6 +11,7 @@
 #include "engine/tree/dual.hpp"
 #include "engine/tree/evaluate.hpp"
 #include "engine/tree/region.hpp"
+#include "engine/tree/rows.hpp"
 
 namespace hoodoo::tree {
 namespace {
@@ -80,6 +81,26 @@ class BlockField final : public Field {
     });
   }
 
+  void grid(const Grid& at, std::span<float> out, Columns* columns) const override {
+    const bool narrow = at.x.size() <= Cube::side && at.y.size() <= Cube::side;
+    const bool whole = at.y.size() == Cube::side && at.z.size() == Cube::side;
+    alignas(64) std::array<float, Cube::size> f;
+    for_cubes(at, [&](const Cube& cube, const std::array<std::size_t, 4>& from) {
+      Columns own;
+      const auto [i0, j0, k0, nz] = from;
+      const bool here = whole && cube.nx == Cube::side;
+      const CubeValues values = here ? CubeValues(out.data() + i0 * batch_size, Cube::size) : f;
+      run(cube, values, narrow && columns != nullptr ? *columns : own);
+      for (std::size_t i = 0; i < cube.nx && !here; ++i) {
+        for (std::size_t j = 0; j < cube.ny; ++j) {
+          const float* row = f.data() + (Cube::side * i + j) * Cube::side;
+          std::copy(row, row + nz,
+                    out.data() + ((i0 + i) * at.y.size() + j0 + j) * at.z.size() + k0);
+        }
+      }
+    });
+  }
+
   void gradients(const Points& at, std::span<float> out, const Gradients& g) const override {
     for_batches(at, [&](const Points& batch, std::size_t from) {
       const std::size_t n = batch.size();
@@ -123,7 +144,8 @@ class BlockField final : public Field {
 
   std::vector<std::string> explain() const override {
     std::vector<std::string> lines;
-    for (const BodyField& body : bodies_) lines.push_back(fmt::format("terrain {}", body.id()));
+    for (const BodyField& body : bodies_)
+      lines.push_back(fmt::format("terrain {}", body.body().id));
     constexpr std::array names{"blend", "carve", "union", "difference", "intersect"};
     for (const CompiledStep& s : steps_) {
       const std::string& name = s.step->id.empty() ? s.step->where : s.step->id;
@@ -144,6 +166,29 @@ class BlockField final : public Field {
     for (std::size_t from = 0; from < at.size(); from += batch_size) {
       const std::size_t n = std::min(batch_size, at.size() - from);
       use(Points{at.x.subspan(from, n), at.y.subspan(from, n), at.z.subspan(from, n)}, from);
+    }
+  }
+
+  /// Calls use(cube, {first i, first j, first k, number of k}) for the parts of a grid.
+  template <class Use>
+  static void for_cubes(const Grid& at, Use use) {
+    static constexpr std::size_t side = Cube::side;
+    const auto fill = [](std::array<float, side>& to, std::span<const float> all,
+                         std::size_t from) {
+      const std::size_t n = std::min(side, all.size() - from);
+      for (std::size_t i = 0; i < side; ++i) to[i] = all[from + std::min(i, n - 1)];
+      return n;
+    };
+    Cube cube;
+    for (std::size_t i = 0; i < at.x.size(); i += side) {
+      cube.nx = fill(cube.x, at.x, i);
+      for (std::size_t j = 0; j < at.y.size(); j += side) {
+        cube.ny = fill(cube.y, at.y, j);
+        for (std::size_t k = 0; k < at.z.size(); k += side) {
+          const std::size_t nz = fill(cube.z, at.z, k);
+          use(cube, std::array{i, j, k, nz});
+        }
+      }
     }
   }
 
@@ -203,6 +248,44 @@ class BlockField final : public Field {
       for (std::size_t i = 0; i < n; ++i) {
         if (f[i] != before[i]) maker[i] = &s;
       }
+    }
+  }
+
+  void run(const Cube& at, CubeValues f, Columns& columns) const {
+    const bool regional = std::any_of(steps_.begin(), steps_.end(),
+                                      [](const auto& s) { return s.region != nullptr; });
+    if (regional) return run_planes(at, f);
+    alignas(64) std::array<float, Cube::size> tree;
+    columns.bodies.resize(ground_->bodies.size());
+    if (bodies_.empty()) std::fill(f.begin(), f.end(), 0.0F);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const auto place = static_cast<std::size_t>(&bodies_[b].body() - ground_->bodies.data());
+      bodies_[b].cube(at, columns.bodies[place], b == 0 ? f : tree);
+      if (b > 0) unite_rows(at.nx, f, tree);
+    }
+    for (const CompiledStep& s : steps_) {
+      if (s.tree.kernel) {
+        s.tree.kernel->cube(at, tree);
+      } else {
+        tree.fill(0);
+      }
+      apply_rows(s.step->operation, at.nx, f, tree);
+    }
+  }
+
+  /// Plane by plane, as batches.
+  void run_planes(const Cube& at, CubeValues f) const {
+    constexpr std::size_t side = Cube::side;
+    Row x, y, z;
+    for (std::size_t n = 0; n < batch_size; ++n) {
+      y[n] = at.y[n / side];
+      z[n] = at.z[n % side];
+    }
+    for (std::size_t i = 0; i < at.nx; ++i) {
+      x.fill(at.x[i]);
+      const auto plane = f.subspan(batch_size * i, batch_size);
+      run({x, y, z}, plane, nullptr);
+      for (float& v : plane) v += 0.0F;
     }
   }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/vector.hpp"
+#include "engine/tree/balls.hpp"
 #include "engine/tree/point.hpp"
 #include "engine/tree/polygon.hpp"
 
@@ -110,6 +111,17 @@ struct Outline {
   std::string_view key;
   Polygon T::*member;
   std::size_t least, most;  // corners
+  std::string_view doc;
+};
+
+inline constexpr std::size_t most_balls = 1'000'000;
+
+/// Balls, each an array of numbers.
+template <class T>
+struct BallList {
+  std::string_view key;
+  Balls T::*member;
+  std::size_t least, most;
   std::string_view doc;
 };
 

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "engine/tree/ball_kernel.hpp"
 #include "engine/tree/composite.hpp"
 #include "engine/tree/evaluate.hpp"
 #include "engine/tree/transform.hpp"
@@ -27,6 +28,15 @@ void change_point(N& node, const Groups<N, G>& field, const std::function<void(P
   for (G& one : node.*field.member) {
     std::apply([&](const auto&... f) { (change_point(one, f, change), ...); }, G::fields());
   }
+}
+
+/// A point that no block inside `reach` is farther from than it is wide.
+Vec3 corner_of(const Box& reach) {
+  Vec3 corner = reach.min;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::isinf(corner[axis])) corner[axis] = 0;
+  }
+  return corner;
 }
 
 template <class N>
@@ -87,6 +97,18 @@ struct Pruner {
   Node operator()(const N& node) const {
     return node.prune_node(children, reach, thinnest);
   }
+  template <Swarm N>
+  Node operator()(const N& node) const {
+    const double least = thinnest / 2;
+    std::vector<Ball> kept;
+    for (const auto& found : balls_near(node, reach, corner_of(reach))) {
+      if (found.ball->radius >= least) kept.push_back(found.ball->ball());
+    }
+    if (kept.empty()) return nothing();
+    N pruned = node;
+    if (kept.size() < node.balls.size()) pruned.balls = Balls(kept);
+    return {std::move(pruned), {}};
+  }
   template <Pattern N>
   Node operator()(const N& node) const {
     return {node, {}};
@@ -145,7 +167,12 @@ Node prune(const Node& tree, const Box& reach, double thinnest) {
 }
 
 std::size_t count(const Node& tree) {
-  std::size_t n = 1;
+  std::size_t n = 1 + std::visit(
+                          [](const auto& node) -> std::size_t {
+                            if constexpr (requires { node.balls.size(); }) return node.balls.size();
+                            return 0;
+                          },
+                          tree.value);
   for (const Node& child : tree.children) n += count(child);
   return n;
 }

@@ -29,7 +29,7 @@ Support support(const Node& tree);
 /// same bits, but for what was too thin.
 Node prune(const Node& tree, const Box& reach, double thinnest);
 
-/// How many nodes the tree has.
+/// How many nodes the tree has; a list of balls counts as so many nodes more.
 std::size_t count(const Node& tree);
 
 }  // namespace hoodoo::tree

@@ -133,6 +133,16 @@ concept Displacement = requires(const N node, const Vec3& origin, const Points& 
   node.displacement_gradient(0, origin, at, v, g);  // and its gradient; the same bits
 };
 
+/// A leaf that sums many balls (ball_set.hpp).
+template <class N>
+concept Swarm = requires(const N node) {
+  requires std::same_as<decltype(node.balls), Balls>;
+  { N::thin } -> std::convertible_to<bool>;
+  { node.stretch() } -> std::same_as<double>;  // a ball reaches stretch * radius + margin [m]
+  { node.margin() } -> std::same_as<double>;
+  { node.reach(1.0) } -> std::same_as<double>;  // R [m] of a ball of that radius
+};
+
 /// A leaf that is evaluated batch by batch.
 template <class N>
 concept Pattern = requires(const N node, const Vec3& origin, const Points& at, std::span<float> v,

@@ -26,6 +26,7 @@
 #include "engine/tree/nodes/offset.hpp"
 #include "engine/tree/nodes/plane.hpp"
 #include "engine/tree/nodes/point.hpp"
+#include "engine/tree/nodes/points.hpp"
 #include "engine/tree/nodes/polyline.hpp"
 #include "engine/tree/nodes/prism.hpp"
 #include "engine/tree/nodes/repeat.hpp"
@@ -37,6 +38,7 @@
 #include "engine/tree/nodes/smooth_difference.hpp"
 #include "engine/tree/nodes/smooth_union.hpp"
 #include "engine/tree/nodes/sphere.hpp"
+#include "engine/tree/nodes/spheres.hpp"
 #include "engine/tree/nodes/strata.hpp"
 #include "engine/tree/nodes/taper.hpp"
 #include "engine/tree/nodes/torus.hpp"
@@ -55,12 +57,13 @@ using AnyNode =
                  Prism, Carve, Union, Intersection, Difference, SmoothUnion, SmoothDifference,
                  Morph, Clamp, Multiply, Translate, Rotate, Scale, Mirror, Repeat, Warp, Fold,
                  Taper, Twist, Erosion, FromDistance, Offset, Shell, DistanceUnion, Strata, Plane,
-                 Fault, Expression>;
+                 Fault, Expression, PointSet, SphereSet>;
 
 /// A node type, and of exactly one kind of evaluation.
 template <class N>
-inline constexpr bool is_node = NodeType<N> && (Primitive<N> + Combiner<N> + Transform<N> +
-                                                Displacement<N> + Pattern<N> + Composite<N>) == 1;
+inline constexpr bool is_node = NodeType<N> &&
+                                (Primitive<N> + Combiner<N> + Transform<N> + Displacement<N> +
+                                 Pattern<N> + Composite<N> + Swarm<N>) == 1;
 
 /// Whether a node may stand in a tree of a family.
 template <class N>

@@ -132,6 +132,11 @@ struct Reader {
     keys.push_back("type");
     for (const Slot& slot : std::span<const Slot>(N::slots)) keys.push_back(slot.key);
     report_unknown_keys(value, where, keys, problems);
+    if constexpr (Swarm<N>) {
+      // Copies share the balls, but what is made of them does not.
+      if (context.nodes_left < node.balls.size()) return too_many(where);
+      context.nodes_left -= node.balls.size();
+    }
     if (problems.size() == before) warn(node, where);
     Node made{std::move(node), {}};
     for (const Slot& slot : std::span<const Slot>(N::slots)) {

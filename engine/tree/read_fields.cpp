@@ -110,6 +110,11 @@ double doubled_area(const Polygon& corners) {
   return sum;
 }
 
+/// Of x, y, z, radius, energy.
+constexpr std::array<Range, 5> ball_ranges{within(-farthest, farthest), within(-farthest, farthest),
+                                           within(-farthest, farthest), above(0, longest),
+                                           within(-1000, 1000)};
+
 /// Edits (insertions, deletions, replacements) that turn one word into the other.
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -247,6 +252,38 @@ std::optional<Polygon> read_outline(const json& value, const std::string& where,
   return corners;
 }
 
+std::optional<Balls> read_balls(const json& value, const std::string& where, std::size_t least,
+                                std::size_t most, Problems& problems) {
+  if (!value.is_array() || value.size() < least || value.size() > most) {
+    problems.push_back(
+        {where, fmt::format("must be an array of {} to {} balls, got {}", least, most,
+                            value.is_array() ? std::to_string(value.size()) : shown(value))});
+    return std::nullopt;
+  }
+  const std::size_t before = problems.size();
+  std::vector<Ball> balls;
+  balls.reserve(value.size());
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const json& one = value[i];
+    const std::string at = fmt::format("{}/{}", where, i);
+    if (!one.is_array() || one.size() < 4 || one.size() > 5) {
+      problems.push_back({at, fmt::format("must be [x, y, z, radius] or [x, y, z, radius, energy], "
+                                          "got {}",
+                                          shown(one))});
+      continue;
+    }
+    std::array<double, 5> numbers{0, 0, 0, 1, 1};
+    for (std::size_t k = 0; k < one.size(); ++k) {
+      numbers[k] = read_number(one[k], fmt::format("{}/{}", at, k), ball_ranges[k],
+                               k < 4 ? "m" : "1", problems)
+                       .value_or(1);
+    }
+    const auto [x, y, z, radius, energy] = numbers;
+    balls.push_back({{x, y, z}, radius, static_cast<float>(energy)});
+  }
+  return problems.size() == before ? std::optional(Balls(balls)) : std::nullopt;
+}
+
 void report_unknown_keys(const json& object, const std::string& where,
                          std::span<const std::string_view> known, Problems& problems) {
   for (const auto& [key, value] : object.items()) {
@@ -280,6 +317,14 @@ json to_json(const Point& p) {
   return {{key, json::array({p.value.x, p.value.y})}, {"ground", p.value.z}};
 }
 
+json to_json(const Balls& balls) {
+  json list = json::array();
+  for (const Ball& b : balls.list()) {
+    list.push_back({b.center.x, b.center.y, b.center.z, b.radius, static_cast<double>(b.energy)});
+  }
+  return list;
+}
+
 json number_schema(const Range& range, std::string_view unit) {
   json schema{{"type", "number"}, {"maximum", range.high}};
   schema[range.open ? "exclusiveMinimum" : "minimum"] = range.low;
@@ -301,6 +346,15 @@ json outline_schema(std::size_t least, std::size_t most) {
             {"maxItems", 2}}},
           {"minItems", least},
           {"maxItems", most}};
+}
+
+json balls_schema(std::size_t least, std::size_t most) {
+  json numbers = json::array();
+  for (std::size_t k = 0; k < ball_ranges.size(); ++k) {
+    numbers.push_back(number_schema(ball_ranges[k], k < 4 ? "m" : "1"));
+  }
+  const json ball{{"type", "array"}, {"prefixItems", numbers}, {"minItems", 4}, {"maxItems", 5}};
+  return {{"type", "array"}, {"items", ball}, {"minItems", least}, {"maxItems", most}};
 }
 
 json point_schema() { return {{"$ref", "#/$defs/point"}}; }

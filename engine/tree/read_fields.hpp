@@ -41,6 +41,8 @@ std::optional<std::vector<Point>> read_points(const nlohmann::json& json, const 
                                               Problems& problems);
 std::optional<Polygon> read_outline(const nlohmann::json& json, const std::string& where,
                                     std::size_t least, std::size_t most, Problems& problems);
+std::optional<Balls> read_balls(const nlohmann::json& json, const std::string& where,
+                                std::size_t least, std::size_t most, Problems& problems);
 
 /// A problem for every key of `object` that is not in `known`, naming the nearest that is.
 void report_unknown_keys(const nlohmann::json& object, const std::string& where,
@@ -50,11 +52,13 @@ std::string_view nearest(std::string_view word, std::span<const std::string_view
 
 nlohmann::json to_json(const Vec3& v);
 nlohmann::json to_json(const Point& p);
+nlohmann::json to_json(const Balls& balls);
 
 // JSON Schema of one value.
 nlohmann::json number_schema(const Range& range, std::string_view unit);
 nlohmann::json vector_schema(const Range& range, std::string_view unit);
 nlohmann::json outline_schema(std::size_t least, std::size_t most);
+nlohmann::json balls_schema(std::size_t least, std::size_t most);
 nlohmann::json point_schema();  // a reference to #/$defs/point
 nlohmann::json point_definition();
 
@@ -156,6 +160,12 @@ void read(const Outline<T>& f, const nlohmann::json& o, const std::string& w, T&
       [&](const auto& json, const auto& at) { return read_outline(json, at, f.least, f.most, p); });
 }
 template <class T>
+void read(const BallList<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
+  read_one(
+      o, w, f.key, t.*f.member, std::optional<Balls>(), p,
+      [&](const auto& json, const auto& at) { return read_balls(json, at, f.least, f.most, p); });
+}
+template <class T>
 void read(const Vector<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
   read_one(o, w, f.key, t.*f.member, f.fallback, p, [&](const auto& json, const auto& at) {
     return read_vector(json, at, f.range, f.unit, p);
@@ -229,7 +239,8 @@ template <class T, class Field>
 nlohmann::json write(const Field& f, const T& t) {
   const auto& value = t.*f.member;
   using Value = std::remove_cvref_t<decltype(value)>;
-  if constexpr (std::is_same_v<Value, Vec3> || std::is_same_v<Value, Point>) {
+  if constexpr (std::is_same_v<Value, Vec3> || std::is_same_v<Value, Point> ||
+                std::is_same_v<Value, Balls>) {
     return to_json(value);
   } else if constexpr (std::is_same_v<Value, std::vector<Point>>) {
     auto list = nlohmann::json::array();
@@ -296,6 +307,10 @@ nlohmann::json schema(const Positions<T>& f) {
 template <class T>
 nlohmann::json schema(const Outline<T>& f) {
   return outline_schema(f.least, f.most);
+}
+template <class T>
+nlohmann::json schema(const BallList<T>& f) {
+  return balls_schema(f.least, f.most);
 }
 template <class T>
 nlohmann::json schema(const Vector<T>& f) {

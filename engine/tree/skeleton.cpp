@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "engine/tree/nodes/points.hpp"
+
 namespace hoodoo::tree {
 namespace {
 
@@ -28,6 +30,16 @@ void Thin::check(const std::string& where, std::vector<Problem>& problems) const
     problems.push_back({where + "/turbulence/amplitude",
                         fmt::format("must be below radius / 0.4542 = {:.6g} m, got {}", reach(),
                                     turbulence.amplitude)});
+  }
+}
+
+void PointSet::check(const std::string& where, std::vector<Problem>& problems) const {
+  double least = Box::infinity;
+  for (const Balls::Stored& b : balls.stored()) least = std::min(least, reach(b.radius));
+  if (turbulence.amplitude >= least) {
+    problems.push_back({where + "/turbulence/amplitude",
+                        fmt::format("must be below the least radius / 0.4542 = {:.6g} m, got {}",
+                                    least, turbulence.amplitude)});
   }
 }
 

@@ -141,6 +141,53 @@ TEST(Field, GivesTheSameBitsPrunedAndWhole) {
   });
 }
 
+/// Of `field` at the points of a grid, as a batch takes them.
+std::vector<float> as_batch(const Field& field, const Grid& grid) {
+  std::vector<float> x, y, z, out(grid.size());
+  for (const float a : grid.x) {
+    for (const float b : grid.y) {
+      for (const float c : grid.z) {
+        x.push_back(a), y.push_back(b), z.push_back(c);
+      }
+    }
+  }
+  field.values({x, y, z}, out);
+  return out;
+}
+
+TEST(Field, GivesAGridTheBitsOfABatchOnEveryInstructionSet) {
+  const std::int64_t all = hwy::SupportedTargets();
+  for_worlds(5, [&](const World& world, Random& random) {
+    const Block block = random_block(random, 16);
+    const Block above{block.origin + Vec3{0, 0, 3}, {block.box.min, block.box.max + Vec3{0, 0, 3}}};
+    const double step = (block.box.max.x - block.box.min.x) / 20;
+    std::vector<float> x, y, z;
+    const auto fill = [&](std::vector<float>& axis, long long most) {
+      for (long long n = random.whole(1, most), i = 0; i < n; ++i) {
+        axis.push_back(static_cast<float>(static_cast<double>(i) * step));
+      }
+    };
+    fill(x, 18), fill(y, 18), fill(z, 20);
+    const Grid grid{x, y, z};
+    const auto low = compile(world.ground, world.windows, block.origin, block.box);
+    const auto high = compile(world.ground, world.windows, above.origin, above.box);
+    const std::vector<float> whole[] = {as_batch(*low, grid), as_batch(*high, grid)};
+    for (std::int64_t target = all & -all; target != 0; target = target << 1) {
+      if ((all & target) == 0) continue;
+      hwy::SetSupportedTargetsForTest(target);
+      Columns columns;
+      std::vector<float> out(grid.size());
+      const Field* fields[] = {low.get(), high.get()};
+      for (std::size_t i = 0; i < 2; ++i) {
+        fields[i]->grid(grid, out, &columns);
+        EXPECT_EQ(0, std::memcmp(out.data(), whole[i].data(), out.size() * sizeof(float)))
+            << hwy::TargetName(target);
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  });
+}
+
 TEST(Field, StaysWithinItsBoundsAndTheUnitInterval) {
   for_worlds(2, [](const World& world, Random& random) {
     for (int i = 0; i < 8; ++i) {

@@ -1,6 +1,7 @@
 // Every node type against every claim of node_type.hpp. A type added to the variant is tested
 // without another line here.
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <bit>
 #include <cmath>
@@ -98,6 +99,44 @@ TEST_P(EveryNode, GivesTheSameValuesWithAndWithoutGradients) {
     const Compiled compiled = compile(tree, block);
     const Cloud cloud(random, block, points_per_tree);
     ASSERT_TRUE(same_bits(values(compiled, cloud.points()), gradients(compiled, cloud.points()).f));
+  });
+}
+
+/// Of a whole cube of points, on every instruction set.
+TEST_P(EveryNode, GivesACubeTheBitsOfABatchOnEveryInstructionSet) {
+  const std::int64_t all = hwy::SupportedTargets();
+  for_trees(10, [&](const Node& tree, Random& random) {
+    const Block block = random_block(random, 30);
+    const Compiled compiled = compile(tree, block);
+    if (!compiled.kernel) return;
+    Cube cube;
+    cube.nx = static_cast<std::size_t>(random.whole(1, 16));
+    cube.ny = static_cast<std::size_t>(random.whole(1, 16));
+    const double step = (block.box.max.x - block.box.min.x) / 16;
+    for (std::size_t i = 0; i < Cube::side; ++i) {
+      cube.x[i] = cube.y[i] = cube.z[i] = static_cast<float>(static_cast<double>(i) * step);
+    }
+    std::vector<float> x, y, z, out(Cube::size);
+    for (std::size_t n = 0; n < cube.nx * 256; ++n) {
+      x.push_back(cube.x[n / 256]), y.push_back(cube.y[n / 16 % 16]), z.push_back(cube.z[n % 16]);
+    }
+    const auto batch = values(compiled, {x, y, z});
+    for (std::int64_t target = all & -all; target != 0; target = target << 1) {
+      if ((all & target) == 0) continue;
+      hwy::SetSupportedTargetsForTest(target);
+      compiled.kernel->cube(cube, CubeValues(out.data(), Cube::size));
+      const auto again = values(compiled, {x, y, z});
+      ASSERT_TRUE(same_bits(batch, again)) << hwy::TargetName(target);
+      for (std::size_t i = 0; i < cube.nx; ++i) {
+        const auto from = static_cast<std::ptrdiff_t>(256 * i);
+        const auto n = static_cast<std::ptrdiff_t>(16 * cube.ny);
+        std::vector<float> part(out.begin() + from, out.begin() + from + n);
+        for (float& v : part) v += 0.0F;
+        ASSERT_TRUE(same_bits(part, {batch.begin() + from, batch.begin() + from + n}))
+            << hwy::TargetName(target);
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
   });
 }
 

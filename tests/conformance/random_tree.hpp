@@ -42,9 +42,9 @@ inline double random_number(Random& random, const Range& range, std::string_view
   const double low = unit == "m" ? std::max(range.low, range.low < 0 ? -scene_size : 1.0)
                                  : std::max(range.low, range.open ? 0.1 : -2.0);
   const double high = unit == "m"     ? std::min(range.high, 12.0)
-                      : unit == "deg" ? range.high
+                      : unit == "deg" ? std::min(range.high, 180.0)
                                       : std::min(range.high, 2.0);
-  return random.real(unit == "deg" ? range.low : low, high);
+  return random.real(unit == "deg" ? std::max(range.low, -180.0) : low, high);
 }
 
 template <class T>
@@ -83,6 +83,14 @@ void randomise(T& t, const Outline<T>& f, Random& random) {
     const double turn = 2 * 3.14159 * (i + random.real(0.1, 0.9)) / n, r = random.real(3, 9);
     corners.push_back({middle.x + r * std::cos(turn), middle.y + r * std::sin(turn)});
   }
+}
+template <class T>
+void randomise(T& t, const BallList<T>& f, Random& random) {
+  std::vector<Ball> balls(f.least + static_cast<std::size_t>(random.whole(0, 30)));
+  for (Ball& b : balls) {
+    b = {random.place(scene_size), random.real(1, 4), static_cast<float>(random.real(-2, 2))};
+  }
+  t.*f.member = Balls(balls);
 }
 template <class T>
 void randomise(T& t, const Vector<T>& f, Random& random) {

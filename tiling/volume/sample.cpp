@@ -70,6 +70,7 @@ class Sampler {
   void sample_column(std::int64_t x, std::int64_t y) {
     if (!column_matters(x, y)) return;
     heights_.clear();
+    columns_.clear();
     for (std::int64_t z = volume_.block_low()[2]; z < volume_.block_high()[2]; ++z) {
       sample_block({x, y, z});
     }
@@ -117,22 +118,20 @@ class Sampler {
   }
 
   void sample_field(const Index& b, const Part& part, const tree::Field& field) {
-    x_.clear(), y_.clear(), z_.clear();
-    for (int j = part.from[1]; j < part.to[1]; ++j) {
-      for (int i = part.from[0]; i < part.to[0]; ++i) {
-        for (int k = part.from[2]; k < part.to[2]; ++k) {
-          x_.push_back(static_cast<float>(i * spacing_));
-          y_.push_back(static_cast<float>(j * spacing_));
-          z_.push_back(static_cast<float>(k * spacing_));
-        }
+    const auto place = [&](std::vector<float>& along, std::size_t axis) {
+      along.clear();
+      for (int i = part.from[axis]; i < part.to[axis]; ++i) {
+        along.push_back(static_cast<float>(i * spacing_));
       }
-    }
-    value_.resize(x_.size());
-    field.values({x_, y_, z_}, value_);
+    };
+    place(x_, 0), place(y_, 1), place(z_, 2);
+    const tree::Grid grid{x_, y_, z_};
+    value_.resize(grid.size());
+    field.grid(grid, value_, &columns_);
     Block& block = volume_.make_block(b);
     std::size_t n = 0;
-    for (int j = part.from[1]; j < part.to[1]; ++j) {
-      for (int i = part.from[0]; i < part.to[0]; ++i) {
+    for (int i = part.from[0]; i < part.to[0]; ++i) {
+      for (int j = part.from[1]; j < part.to[1]; ++j) {
         for (int k = part.from[2]; k < part.to[2]; ++k, ++n) {
           auto& row = block.solid[static_cast<std::size_t>(16 * k + j)];
           if (value_[n] > static_cast<float>(iso)) row = static_cast<std::uint16_t>(row | 1U << i);
@@ -320,6 +319,7 @@ class Sampler {
   double spacing_;
   std::vector<double> heights_;  // of the block column at hand, once asked for
   const dem::Window* heights_of_ = nullptr;
+  tree::Columns columns_;    // of the same block column
   std::vector<Edge> edges_;  // of the block at hand
   std::vector<std::size_t> active_;
   std::vector<float> x_, y_, z_, value_;

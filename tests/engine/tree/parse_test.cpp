@@ -43,6 +43,19 @@ TEST(ParseNode, ReadsPointsInAllThreeForms) {
             Point(Vec3{1, 2, 3}));
 }
 
+TEST(ParseNode, ReadsListsOfBalls) {
+  const auto p = parse(R"({"type": "points", "balls": [[1, 2, 3, 4], [5, 6, 7, 8, -0.5]]})");
+  ASSERT_TRUE(p.problems.empty()) << p.first();
+  const std::vector<Ball> expected{{{1, 2, 3}, 4, 1}, {{5, 6, 7}, 8, -0.5F}};
+  EXPECT_EQ(std::get<PointSet>(p.node->value).balls.list(), expected);
+  EXPECT_EQ(parse(R"({"type": "points", "balls": [[1, 2, 3, 0]]})").first(),
+            "/tree/balls/0/3: must be in (0, 100000] m, got 0");
+  EXPECT_EQ(parse(R"({"type": "spheres", "balls": [[1, 2, 3]]})").first(),
+            "/tree/balls/0: must be [x, y, z, radius] or [x, y, z, radius, energy], got an array");
+  EXPECT_EQ(parse(R"({"type": "spheres", "balls": []})").first(),
+            "/tree/balls: must be an array of 1 to 1000000 balls, got 0");
+}
+
 TEST(ParseNode, ReportsEveryProblemWithPointerValueUnitAndRange) {
   const auto p = parse(R"({"type": "union", "children": [
       {"type": "sphere", "center": [0, 0], "radius": -1},

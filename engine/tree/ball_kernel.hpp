@@ -1,0 +1,109 @@
+#pragma once
+#include <cmath>
+#include <vector>
+
+#include "engine/tree/ball_set.hpp"
+#include "engine/tree/evaluate.hpp"
+#include "engine/tree/splat.hpp"
+
+namespace hoodoo::tree {
+
+/// Field of many balls, splatted.
+class BallKernel final : public Kernel {
+ public:
+  BallKernel(std::string_view type, const SplatRule& rule, std::vector<SplatBall> balls)
+      : type_(type), rule_(rule), balls_(std::move(balls)) {}
+
+  void values(const Points& at, std::span<float> out) const override {
+    splat(balls_, rule_, at, out);
+  }
+  void gradients(const Points& at, std::span<float> out, const Gradients& g) const override {
+    splat(balls_, rule_, at, out, g);
+  }
+  void cube(const Cube& at, CubeValues out) const override { splat(balls_, rule_, at, out); }
+  void explain(int depth, std::vector<std::string>& lines) const override {
+    lines.push_back(std::string(static_cast<std::size_t>(2 * depth), ' ') + std::string(type_));
+  }
+
+ private:
+  std::string_view type_;
+  SplatRule rule_;
+  std::vector<SplatBall> balls_;
+};
+
+/// The farthest that a side of `box` lies from `origin` along an axis, infinite ones left out [m].
+inline double farthest_side(const Box& box, const Vec3& origin) {
+  double most = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {box.min[axis], box.max[axis]}) {
+      if (std::isfinite(side)) most = std::max(most, std::abs(side - origin[axis]));
+    }
+  }
+  return most;
+}
+
+/// The balls whose field can differ from 0 in single precision at points of `box` relative to
+/// `origin`, in their order.
+template <Swarm N>
+std::vector<Balls::Found> balls_near(const N& node, const Box& box, const Vec3& origin) {
+  return node.balls.near(box, node.stretch() * (1 + 5e-5),
+                         node.margin() * (1 + 5e-5) + 4e-6 * farthest_side(box, origin));
+}
+
+/// Bounds of one ball's field, its distance off by at most `rounding` [m].
+template <Swarm N>
+Interval ball_bounds(const N& node, const Balls::Found& found, double rounding) {
+  const double least = found.near - rounding, most = found.far + rounding;
+  const double reach = node.reach(found.ball->radius), a = node.turbulence.amplitude;
+  const auto g = [](double u) {
+    const double q = std::max(0.0, 1 - u * u);
+    return q * q * q;
+  };
+  double near = 0, far = 0;  // in units of the reach
+  if constexpr (N::thin) {
+    near = std::max(0.0, least) / (reach + a);
+    far = most / (reach - a);
+  } else {
+    const double inset = half_falloff * reach - found.ball->radius;
+    near = std::max(0.0, least - a + inset) / reach;
+    far = std::max(0.0, most + a + inset) / reach;
+  }
+  return Interval{g(far), g(near)} * static_cast<double>(found.ball->energy);
+}
+
+template <Swarm N>
+SplatBall splat_ball(const N& node, const Balls::Stored& ball, const Vec3& origin) {
+  const double reach = node.reach(ball.radius);
+  return {static_cast<float>(ball.x - origin.x),
+          static_cast<float>(ball.y - origin.y),
+          static_cast<float>(ball.z - origin.z),
+          static_cast<float>(ball.radius),
+          static_cast<float>(reach),
+          static_cast<float>(inverse_square(reach)),
+          ball.energy};
+}
+
+template <Swarm N>
+Compiled compile_swarm(const N& node, const Block& block) {
+  const auto found = balls_near(node, block.box, block.origin);
+  if (found.empty()) return {};
+  std::vector<SplatBall> balls;
+  balls.reserve(found.size());
+  Interval bounds{0, 0};
+  double slack = 0;
+  const double side = farthest_side(block.box, block.origin);
+  for (const Balls::Found& f : found) {
+    balls.push_back(splat_ball(node, *f.ball, block.origin));
+    bounds = bounds + ball_bounds(node, f, 4e-6 * (side + f.far));
+    slack += std::abs(static_cast<double>(f.ball->energy));
+  }
+  // Each ball's place and field round, and so does each partial sum.
+  slack *= 1e-5 + 1e-7 * static_cast<double>(found.size());
+  bounds = {bounds.low - slack, bounds.high + slack};
+  SplatRule rule{N::thin, 0, static_cast<float>(node.turbulence.amplitude), {}};
+  if constexpr (!N::thin) rule.inset = static_cast<float>(half_falloff * node.falloff);
+  if (node.turbulence.amplitude > 0) rule.noise = placed(node.turbulence.noise(), block.origin);
+  return {std::make_unique<BallKernel>(N::type, rule, std::move(balls)), bounds};
+}
+
+}  // namespace hoodoo::tree

@@ -1,0 +1,38 @@
+#pragma once
+#include <span>
+
+#include "engine/base/noise.hpp"
+#include "engine/tree/points.hpp"
+
+namespace hoodoo::tree {
+
+/// A ball near a block: what evaluation needs of it, relative to the block's origin.
+struct SplatBall {
+  float x, y, z;     // centre [m]
+  float radius;      // of its surface [m]
+  float reach;       // R [m]
+  float per_square;  // 1 / R^2
+  float energy;
+};
+
+/// What the balls of one sum share.
+struct SplatRule {
+  bool thin;        // F = e g(r); else F = e g(max(0, r - radius + inset))
+  float inset;      // 0.4542 R [m]
+  float amplitude;  // of the turbulence [m]; 0: smooth
+  PlacedTurbulence noise;
+};
+
+/// Sums the fields of `balls` in their order, each rounded as primitive_kernel.hpp has it: the same
+/// bits as a blend of such nodes, on every instruction set. A ball's rows are found by the
+/// arithmetic of the field itself, which grows with distance in single precision too, so that a row
+/// left out is exactly 0.
+void splat(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at, CubeValues out);
+/// At most 256 points.
+void splat(std::span<const SplatBall> balls, const SplatRule& rule, const Points& at,
+           std::span<float> out);
+/// The same bits in `out`, and the gradient.
+void splat(std::span<const SplatBall> balls, const SplatRule& rule, const Points& at,
+           std::span<float> out, const Gradients& g);
+
+}  // namespace hoodoo::tree
