@@ -139,6 +139,7 @@ struct Balls::Search {
   const Box& box;
   double stretch, margin;
   std::vector<std::uint64_t> found{};  // place, then index: sorting them sorts by place
+  std::size_t n = 0;                   // of those found; there is more room
   std::array<float, 3> low{}, high{};
   float reach_per_radius = 0, reach_more = 0;
 
@@ -151,6 +152,8 @@ struct Balls::Search {
     reach_per_radius = up(stretch * (1 + 1e-6));
     reach_more = up(margin * (1 + 1e-6));
     groups(data.levels.size() - 1, 0);
+    found.resize(n);
+    sort();
   }
 
   /// One bit for each of the eight that can hold what is near.
@@ -184,25 +187,19 @@ struct Balls::Search {
   /// Without a branch that cannot be foreseen.
   void balls(std::size_t slot) {
     const std::size_t first = fan * slot, last = std::min(first + fan, data.balls.size());
-    const std::size_t known = found.size();
-    std::array<std::uint64_t, fan> here;
-    std::size_t n = 0;
+    if (found.size() < n + fan) found.resize(2 * (n + fan));
     for (std::size_t i = first; i < last; ++i) {
       const Stored& b = data.balls[i];
       const double reach = stretch * b.radius + margin;
-      here[n] = std::uint64_t{b.place} << 32 | i;
+      found[n] = std::uint64_t{b.place} << 32 | i;
       n += near_square(b, box) <= reach * reach ? 1 : 0;
     }
-    if (n == 0) return;
-    found.resize(known + n);
-    for (std::size_t i = 0; i < n; ++i) found[known + i] = here[i];
   }
 
   /// By place: first into as many buckets as there are places, of equal width, which leaves little
   /// for an insertion sort to do.
   void sort() {
     constexpr std::size_t few = 1024;
-    const std::size_t n = found.size();
     if (n < 2) return;
     if (n > few) return std::sort(found.begin(), found.end());
     const auto [least, most] = std::minmax_element(found.begin(), found.end());
@@ -245,9 +242,8 @@ std::vector<Balls::Found> Balls::near(const Box& box, double stretch, double mar
   std::vector<Found> found;
   if (empty()) return found;
   Search search{*data_, box, stretch, margin};
-  search.found.reserve(128);
+  search.found.resize(128);
   search.run();
-  search.sort();
   found.reserve(search.found.size());
   for (const auto key : search.found) {
     const Stored& b = data_->balls[key & 0xffffffffU];

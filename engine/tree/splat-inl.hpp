@@ -95,11 +95,17 @@ HWY_INLINE void FindRows(const Cube& at, const SplatBall& ball, const SplatRule&
   Squares(at.x.data(), b.x, x2);
   Squares(at.y.data(), b.y, y2);
   Squares(at.z.data(), b.z, rows.z2);
+  Floats lowest = hn::Load(d, rows.z2);
+  for (std::size_t k = Width(); k < Cube::side; k += Width()) {
+    lowest = hn::Min(lowest, hn::Load(d, rows.z2 + k));
+  }
+  lowest = hn::MinOfLanes(d, lowest);
   std::size_t n = 0;
   for (std::size_t i = 0; i < at.nx; ++i) {
     for (std::size_t j = 0; j < at.ny; j += Width()) {
       const Floats square = hn::Add(All(x2[i]), hn::Load(d, y2 + j));
-      const auto live = hn::Gt(Closeness<thin, rough>(square, b, b.amplitude), zero);
+      const Floats nearest = hn::Add(square, lowest);
+      const auto live = hn::Gt(Closeness<thin, rough>(nearest, b, b.amplitude), zero);
       const auto place =
           hn::Add(count, hn::Set(dw, static_cast<std::uint32_t>(Cube::side * i + j)));
       hn::StoreU(hn::Compress(square, live), d, rows.square + n);
