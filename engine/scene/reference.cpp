@@ -2,7 +2,9 @@
 #include "engine/scene/reference.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -21,8 +23,6 @@ Every type that a construction tree is made of, written by `hoodoo schema nodes`
 surface lies at F = 1/2; g(r) = (1 - (r/R)^2)^3 is the falloff of radius R, e an energy, t a turbulence in [0, 1], rho a
 resistance in [0, 1]. Lengths are in metres, angles in degrees. Each picture is its example by `hoodoo draw`: of a
 terrain tree its surface, cut open by the faces of a cube; of a geology tree its resistance, dark where soft.
-
-A field without a default must be given.
 )";
 
 /// The types of a family, by the names of their definitions.
@@ -62,14 +62,18 @@ std::string unit_of(const json& field) {
   return "";
 }
 
-void add_rows(const json& properties, const std::string& before, std::string& text) {
-  for (const auto& [key, field] : properties.items()) {
+void add_rows(const json& object, const std::string& before, std::string& text) {
+  for (const auto& [key, field] : object["properties"].items()) {
     if (key == "type") continue;
     if (field.contains("properties")) {
-      add_rows(field["properties"], before + key + ".", text);
+      add_rows(field, before + key + ".", text);
       continue;
     }
-    const auto fallback = field.contains("default") ? field["default"].dump() : "";
+    const auto& required = object["required"];
+    const bool needed = std::find(required.begin(), required.end(), key) != required.end();
+    const auto fallback = field.contains("default") ? field["default"].dump()
+                          : needed                  ? "required"
+                                                    : "";
     text += fmt::format("| `{}{}` | {} | {} | {} | {} |\n", before, key, unit_of(field),
                         range_of(field), fallback, field.value("description", ""));
   }
@@ -81,7 +85,7 @@ std::string section(const std::string& type, const json& node, const std::string
   if (node.contains("$comment")) text += " " + node["$comment"].get<std::string>();
   text += fmt::format(" Example: [nodes/{0}.json](nodes/{0}.json).\n\n", type);
   text += "| field | unit | range | default | |\n|---|---|---|---|---|\n";
-  add_rows(node["properties"], "", text);
+  add_rows(node, "", text);
   return text;
 }
 
