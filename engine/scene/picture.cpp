@@ -111,7 +111,8 @@ class Drawing {
     const double step = (span.to - span.from) / (samples - 1);
     for (std::size_t k = 1; k < samples; ++k) {
       if (!(f[k] > 0.5)) continue;
-      const double part = (0.5 - f[k - 1]) / (f[k] - f[k - 1]);
+      // A little before the surface, where a distance of 0 has a direction, too.
+      const double part = 0.95 * (0.5 - f[k - 1]) / (f[k] - f[k - 1]);
       return lit(rock,
                  normal_at(start + camera_.forward *
                                        (span.from + (static_cast<double>(k) - 1 + part) * step)));

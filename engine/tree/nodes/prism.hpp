@@ -77,7 +77,7 @@ struct Prism : Volume {
       }
       const T t = held(*wall, px, py);
       const T wx = wall->x + t * wall->ux, wy = wall->y + t * wall->uy;
-      const T ex = px - wx, ey = py - wy, r = square_root(ex * ex + ey * ey);
+      const T r = beside(*wall, t, px, py);
       const T zero(S(0)), d = inside ? -r : r, w = magnitude(pz - middle) - half;
       const T over = larger(d, zero), above = larger(w, zero);
       const T distance = square_root(over * over + above * above) + smaller(larger(d, w), zero);
@@ -89,6 +89,18 @@ struct Prism : Volume {
     }
 
    private:
+    /// Distance from a side, to whose nearest point `t` leads. Beside the side itself it is taken
+    /// across, so that its gradient has a direction right at the wall, too.
+    template <class T>
+    static T beside(const Side& s, const T& t, const T& x, const T& y) {
+      const T ex = x - s.x, ey = y - s.y;
+      if (value_of(t) > S(0) && value_of(t) < S(1)) {
+        const S across = std::sqrt(s.inverse_length2);
+        return magnitude(ex * (s.uy * across) - ey * (s.ux * across));
+      }
+      const T fx = ex - t * s.ux, fy = ey - t * s.uy;
+      return square_root(fx * fx + fy * fy);
+    }
     /// Fraction of the way along a side of the point nearest to (x, y).
     template <class T>
     static T held(const Side& s, const T& x, const T& y) {
