@@ -70,7 +70,7 @@ class Drawing {
     const Vec3 h{half_, half_, half_};
     compiled_ = tree::compile(tree, {center_, {center_ - h, center_ + h}});
     picture_.size = size;
-    picture_.rgb.reserve(static_cast<std::size_t>(3 * size * size));
+    picture_.rgb.reserve(3 * static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
   }
 
   Picture draw() {

@@ -100,6 +100,7 @@ std::vector<NodeName> node_names() {
     }
   }
   std::vector<NodeName> names;
+  names.reserve(stands.size());
   for (auto& [type, families] : stands) names.push_back({type, std::move(families)});
   return names;
 }
