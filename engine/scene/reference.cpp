@@ -40,7 +40,7 @@ std::string number(const json& v) {
   return v.is_number_float() ? fmt::format("{:g}", v.get<double>()) : v.dump();
 }
 
-/// "(0, 100]", "2 or more", "" where any value does.
+/// "(0, 100]", the names of a choice, or "" where any value does.
 std::string range_of(const json& field) {
   if (field.contains("enum")) {
     std::string names;
