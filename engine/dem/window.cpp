@@ -14,6 +14,7 @@ namespace hoodoo::dem {
 namespace {
 
 constexpr int reach = Window::fill_radius;
+constexpr std::size_t few = 16;  // rows of points looked up together
 
 struct Offset {
   int di, dj;
@@ -120,6 +121,58 @@ double Window::height(double x, double y) const {
   keys_weights(s.fy, wy);
   for (int k = 0; k < 4; ++k) across[k] = weighted(wx, s.row(k));
   return weighted(wy, across);
+}
+
+Window::Place Window::place(double at, double from, double per, std::int64_t first) {
+  const double u = within_indices((at - from) * per - 0.5);
+  const auto i = floor_of(u);
+  Place p;
+  p.first = i - first - 1;
+  keys_weights(u - static_cast<double>(i), p.w);
+  return p;
+}
+
+void Window::heights(std::span<const double> x, std::span<const double> y,
+                     std::span<double> out) const {
+  if (empty()) return std::fill(out.begin(), out.end(), 0.0);
+  for (std::size_t j = 0; j < y.size(); j += few) {
+    heights_of_few(x, y.subspan(j, std::min(few, y.size() - j)), y.size(), out.data() + j);
+  }
+}
+
+void Window::heights_of_few(std::span<const double> x, std::span<const double> y,
+                            std::size_t stride, double* out) const {
+  std::array<Place, few> rows;
+  std::int64_t south = std::numeric_limits<std::int64_t>::max(), north = -south;
+  for (std::size_t j = 0; j < y.size(); ++j) {
+    rows[j] = place(y[j], y0_, per_y_, j0_);
+    south = std::min(south, rows[j].first);
+    north = std::max(north, rows[j].first + 3);
+  }
+  std::array<double, 4 * few> across;  // at one x, from `south` on
+  const bool apart = north - south >= static_cast<std::int64_t>(across.size());
+  for (std::size_t i = 0; i < x.size(); ++i, out += stride) {
+    if (apart) {
+      for (std::size_t j = 0; j < y.size(); ++j) out[j] = height(x[i], y[j]);
+      continue;
+    }
+    const Place column = place(x[i], x0_, per_x_, i0_);
+    const bool inside = column.first >= 0 && column.first + 4 <= width_;
+    for (auto row = south; row <= north; ++row) {
+      const float* const samples =
+          filled_.data() +
+          index(0, static_cast<int>(std::clamp<std::int64_t>(row, 0, height_ - 1)));
+      float own[4];
+      for (int l = 0; l < 4 && !inside; ++l) {
+        own[l] = samples[std::clamp<std::int64_t>(column.first + l, 0, width_ - 1)];
+      }
+      across[static_cast<std::size_t>(row - south)] =
+          weighted(column.w, inside ? samples + column.first : own);
+    }
+    for (std::size_t j = 0; j < y.size(); ++j) {
+      out[j] = weighted(rows[j].w, &across[static_cast<std::size_t>(rows[j].first - south)]);
+    }
+  }
 }
 
 Height Window::at(double x, double y) const {

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/base/box.hpp"
@@ -36,6 +37,9 @@ class Window {
   Height at(double x, double y) const;
   /// Elevation alone: the same bits as at().h.
   double height(double x, double y) const;
+  /// height(x[i], y[j]) into out[y.size() i + j], the same bits: what points in line share is found
+  /// once.
+  void heights(std::span<const double> x, std::span<const double> y, std::span<double> out) const;
   /// Contains height(x, y) for every (x, y) in `area`.
   Interval bounds(const Box& area) const;
   /// Bound on |grad h| over `area`.
@@ -52,12 +56,20 @@ class Window {
   struct Range {
     int i0, j0, i1, j1;  // closed
   };
+  // The first of four samples around a coordinate, and their weights.
+  struct Place {
+    std::int64_t first;
+    double w[4];
+  };
 
   std::size_t index(int i, int j) const {
     return static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) +
            static_cast<std::size_t>(i);
   }
   Stencil stencil(double x, double y) const;
+  static Place place(double at, double from, double per, std::int64_t first);
+  void heights_of_few(std::span<const double> x, std::span<const double> y, std::size_t stride,
+                      double* out) const;
   Range involved(const Box& area) const;
 
   double x0_ = 0, y0_ = 0;        // of the level's pixel (0,0)

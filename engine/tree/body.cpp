@@ -101,18 +101,21 @@ void BodyField::values(const Points& at, std::span<float> out) const {
 
 std::unique_ptr<Columns::OfBody> BodyField::columns(const Cube& at) const {
   auto known = std::make_unique<Columns::OfBody>();
-  const bool plain = !cut_ && !body_->slope_corrected;
   known->edge.fill(1);
   known->scale.fill(static_cast<float>((body_->inverted ? -1 : 1) / body_->falloff));
+  if (!cut_ && !body_->slope_corrected) {
+    std::array<double, Cube::side> x, y;
+    for (std::size_t i = 0; i < Cube::side; ++i) {
+      x[i] = origin_.x + static_cast<double>(at.x[i]);
+      y[i] = origin_.y + static_cast<double>(at.y[i]);
+    }
+    window_->heights(std::span(x).first(at.nx), y, known->h);
+    for (double& h : known->h) h += body_->offset;
+    return known;
+  }
   for (std::size_t i = 0; i < at.nx; ++i) {
     for (std::size_t j = 0; j < at.ny; ++j) {
       const std::size_t n = Cube::side * i + j;
-      if (plain) {
-        known->h[n] = window_->height(origin_.x + static_cast<double>(at.x[i]),
-                                      origin_.y + static_cast<double>(at.y[j])) +
-                      body_->offset;
-        continue;
-      }
       const Column c = column_at(at.x[i], at.y[j], false);
       known->h[n] = c.elevation;
       known->scale[n] = c.scale;

@@ -32,6 +32,31 @@ TEST(Window, PassesThroughItsSamplesAtPixelCentres) {
   }
 }
 
+TEST(Window, GivesAGridTheBitsOfItsPoints) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> sample(-500, 4000), part(0, 1);
+  const auto w = window_of(
+      40, 30, [&](int, int) { return part(random) < 0.1F ? nan : sample(random); }, -20, 5, 2, 3);
+  std::uniform_real_distribution<double> anywhere(-60, 120), step(0, 9);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<double> x, y;
+    const double across = step(random), along = trial % 4 == 0 ? 40 * step(random) : step(random);
+    for (int i = 0; i < 1 + trial % 17; ++i) x.push_back(anywhere(random) + i * across);
+    const double from = anywhere(random);
+    for (int j = 0; j < 1 + trial % 35; ++j) y.push_back(from + j * along);
+    std::vector<double> h(x.size() * y.size());
+    w.heights(x, y, h);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      for (std::size_t j = 0; j < y.size(); ++j) {
+        ASSERT_EQ(h[y.size() * i + j], w.height(x[i], y[j])) << x[i] << ' ' << y[j];
+      }
+    }
+  }
+  std::vector<double> none(6, 7);
+  Window().heights(std::vector<double>{1, 2}, std::vector<double>{1, 2, 3}, none);
+  EXPECT_EQ(none, std::vector<double>(6, 0));
+}
+
 TEST(Window, ReproducesQuadraticsWithTheirGradients) {
   const auto f = [](double x, double y) {
     return 3 + 2 * x - y + 0.5 * x * x - 0.25 * x * y + y * y;
