@@ -1,6 +1,7 @@
 #include "tiling/volume/volume.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace hoodoo::volume {
 
@@ -51,6 +52,35 @@ void Volume::mark() {
   }
 }
 
+unsigned Volume::solid_row(const Index& b, int r) const {
+  const auto& slot = slots_[slot_of_block(b)];
+  return slot.block ? slot.block->solid[static_cast<std::size_t>(r)] : slot.solid ? 0xffffU : 0U;
+}
+
+unsigned Volume::differing(int axis, const Index& b, int r) const {
+  const auto a = static_cast<std::size_t>(axis);
+  const std::int64_t y = 16 * b[1] + (r & 15), z = 16 * b[2] + (r >> 4);
+  if (y < low_[1] || z < low_[2] || y > high_[1] || z > high_[2]) return 0;
+  if ((axis == 1 && y == high_[1]) || (axis == 2 && z == high_[2])) return 0;
+  const unsigned own = solid_row(b, r);
+  // Points of the row in the box whose next point along the axis is, too.
+  const auto from = std::max<std::int64_t>(low_[0] - 16 * b[0], 0);
+  const auto to = std::min<std::int64_t>(high_[0] - 16 * b[0] + (axis == 0 ? 0 : 1), 16);
+  const unsigned inside = to > from ? (1U << to) - (1U << from) : 0U;
+  Index beyond = b;
+  ++beyond[a];
+  unsigned next = 0;
+  if (axis == 0) {
+    const bool last = beyond[0] >= block_high_[0];
+    next = own >> 1 | (last ? 0U : (solid_row(beyond, r) & 1U) << 15);
+  } else {
+    const int step = axis == 1 ? 1 : 16;
+    const bool within = axis == 1 ? (r & 15) < 15 : r < 240;
+    next = within ? solid_row(b, r + step) : solid_row(beyond, r - 15 * step);
+  }
+  return (own ^ next) & inside;
+}
+
 void Volume::mark_block(const Index& b) {
   const auto index = slot_of_block(b);
   // A uniform block can own a crossed edge only towards a neighbour of another kind.
@@ -73,15 +103,10 @@ void Volume::mark_block(const Index& b) {
     for (int r = 0; r < 256; ++r) {
       std::uint16_t bits = 0;
       Index p{16 * b[0], 16 * b[1] + (r & 15), 16 * b[2] + (r >> 4)};
-      const bool row_inside = p[1] >= low_[1] && p[1] <= high_[1] && p[2] >= low_[2] &&
-                              p[2] <= high_[2] && (axis == 0 || p[a] < high_[a]);
-      for (int x = 0; row_inside && x < 16; ++x, ++p[0]) {
-        if (p[0] < low_[0] || p[0] > high_[0] || (axis == 0 && p[0] == high_[0])) continue;
-        Index q = p;
-        ++q[a];
-        if (solid(p) != solid(q) && touches_meshed(axis, p)) {
-          bits = static_cast<std::uint16_t>(bits | 1U << x);
-        }
+      for (unsigned left = differing(axis, b, r); left != 0; left &= left - 1) {
+        const int x = std::countr_zero(left);
+        p[0] = 16 * b[0] + x;
+        if (touches_meshed(axis, p)) bits = static_cast<std::uint16_t>(bits | 1U << x);
       }
       block.crossed[a][static_cast<std::size_t>(r)] = bits;
       block.first[a][static_cast<std::size_t>(r)] = count;

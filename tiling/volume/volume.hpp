@@ -120,6 +120,10 @@ class Volume {
   }
   bool touches_meshed(int axis, const Index& p) const;
   void mark_block(const Index& b);
+  /// Points of row `r` of block `b` that are solid, one bit each.
+  unsigned solid_row(const Index& b, int r) const;
+  /// Those whose next point along the axis is of the other kind, where the box holds both.
+  unsigned differing(int axis, const Index& b, int r) const;
 
   Index low_, high_, block_low_, block_high_, size_;
   std::vector<bool> in_world_;
