@@ -39,13 +39,19 @@ tree::Node blend_of(const std::vector<Ball>& balls) {
   return blend;
 }
 
-Engine::Engine(const Scene& scene, tree::Node balls) : scene_(scene) {
+tree::Ground ground_of(tree::Node balls) {
   tree::HeightBody land;
   land.id = "land";
   land.falloff = static_cast<double>(ground_falloff);
-  ground_.bodies.push_back(land);
-  ground_.steps.push_back({"balls", "", tree::Operation::blend, std::move(balls), nullptr, -1});
-  ground_.materials.push_back({"rock", {}, 0, 1, 0});
+  tree::Ground ground;
+  ground.bodies.push_back(land);
+  ground.steps.push_back({"balls", "", tree::Operation::blend, std::move(balls), nullptr, -1});
+  ground.materials.push_back({"rock", {}, 0, 1, 0});
+  return ground;
+}
+
+Engine::Engine(const Scene& scene, tree::Node balls)
+    : scene_(scene), ground_(ground_of(std::move(balls))) {
   for (int i = 0; i < side; ++i) axis_.push_back(static_cast<float>(i));
   for (int n = 0; n < points_per_block; ++n) {
     x_.push_back(static_cast<float>(n / (side * side)));

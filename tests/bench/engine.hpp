@@ -14,6 +14,9 @@ tree::Node list_of(const std::vector<Ball>& balls, const Rough& rough);
 /// The same as a blend of one node per ball.
 tree::Node blend_of(const std::vector<Ball>& balls);
 
+/// A height field with `balls` blended into it.
+tree::Ground ground_of(tree::Node balls);
+
 /// A scene through engine/tree, block after block.
 class Engine {
  public:

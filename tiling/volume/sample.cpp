@@ -94,27 +94,30 @@ class Sampler {
 
   void sample_heights(const Index& b, const Part& part, const dem::Window& window) {
     const Vec3 at = origin(b);
-    if (heights_.empty() || heights_of_ != &window) {
-      heights_of_ = &window;
-      heights_.resize(256);
-      for (int j = part.from[1]; j < part.to[1]; ++j) {
-        for (int i = part.from[0]; i < part.to[0]; ++i) {
-          heights_[static_cast<std::size_t>(16 * j + i)] =
-              window.height(at.x + i * spacing_, at.y + j * spacing_);
-        }
-      }
-    }
+    if (heights_.empty() || heights_of_ != &window) look_up(at, window);
     Block& block = volume_.make_block(b);
     for (int k = part.from[2]; k < part.to[2]; ++k) {
       const double z = at.z + k * spacing_;
       for (int j = part.from[1]; j < part.to[1]; ++j) {
         unsigned bits = 0;
         for (int i = part.from[0]; i < part.to[0]; ++i) {
-          bits |= (heights_[static_cast<std::size_t>(16 * j + i)] > z ? 1U : 0U) << i;
+          bits |= (heights_[static_cast<std::size_t>(16 * i + j)] > z ? 1U : 0U) << i;
         }
         block.solid[static_cast<std::size_t>(16 * k + j)] = static_cast<std::uint16_t>(bits);
       }
     }
+  }
+
+  /// The elevations of the block column at `at`.
+  void look_up(const Vec3& at, const dem::Window& window) {
+    std::array<double, 16> x, y;
+    for (std::size_t i = 0; i < 16; ++i) {
+      x[i] = at.x + static_cast<double>(i) * spacing_;
+      y[i] = at.y + static_cast<double>(i) * spacing_;
+    }
+    heights_of_ = &window;
+    heights_.resize(256);
+    window.heights(x, y, heights_);
   }
 
   void sample_field(const Index& b, const Part& part, const tree::Field& field) {
@@ -317,7 +320,7 @@ class Sampler {
   slice::Land& land_;
   Volume& volume_;
   double spacing_;
-  std::vector<double> heights_;  // of the block column at hand, once asked for
+  std::vector<double> heights_;  // of the block column at hand at 16 i + j, once asked for
   const dem::Window* heights_of_ = nullptr;
   tree::Columns columns_;    // of the same block column
   std::vector<Edge> edges_;  // of the block at hand
