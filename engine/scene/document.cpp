@@ -13,6 +13,8 @@
 #include "engine/dem/raster.hpp"
 #include "engine/scene/read_object.hpp"
 #include "engine/scene/terrains.hpp"
+#include "engine/tree/read_fields.hpp"
+#include "engine/tree/stratum.hpp"
 
 namespace hoodoo::scene {
 namespace {
@@ -46,7 +48,7 @@ void read_materials(const json& scene, Document& into, Findings& findings) {
     }
   }
   if (into.materials.empty()) {
-    into.materials.push_back({"rock", {0x9a, 0x93, 0x88}, {0, 1}, 0.7});
+    into.materials.push_back({"rock", {0x9a, 0x93, 0x88}, {0, 1}, 0.7, ""});
   }
 }
 
@@ -123,6 +125,30 @@ void read_bake(const json& scene, Document& into, Findings& findings) {
   if (into.bake.spacing) into.bake.spacing = dem::rounded_spacing(*into.bake.spacing);
 }
 
+/// Materials may name strata of the geology.
+void check_strata(const Document& document, Findings& findings) {
+  std::vector<std::string> names;
+  if (document.geology) names = tree::strata_of(*document.geology);
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  bool any_without = false;
+  for (std::size_t i = 0; i < document.materials.size(); ++i) {
+    const auto& name = document.materials[i].stratum;
+    any_without = any_without || name.empty();
+    if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) continue;
+    const auto near = tree::nearest(name, known);
+    findings.problems.push_back(
+        {fmt::format("/materials/{}/stratum", i),
+         near.empty()
+             ? fmt::format("no stratum of the geology is named \"{}\"", name)
+             : fmt::format("no stratum of the geology is named \"{}\": did you mean \"{}\"?", name,
+                           near)});
+  }
+  if (!any_without) {
+    findings.problems.push_back(
+        {"/materials", "one at least must have no \"stratum\", for the rock that lies in none"});
+  }
+}
+
 }  // namespace
 
 Document read_document(const json& scene, const Sources& sources, Findings& findings) {
@@ -137,7 +163,9 @@ Document read_document(const json& scene, const Sources& sources, Findings& find
   read_bake(scene, document, findings);
   read_terrains(scene, sources, document, findings);
   read_definitions(scene, document, findings);
+  const std::size_t before = findings.problems.size();
   read_geology(scene, document, findings);
+  if (findings.problems.size() == before) check_strata(document, findings);
   document.operations =
       read_operations(scene, sources, document.materials, document.context, findings);
   check_unused(scene, document, findings);

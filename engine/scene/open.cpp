@@ -10,7 +10,9 @@
 #include "engine/scene/points.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/scene/terrains.hpp"
+#include "engine/tree/pack.hpp"
 #include "engine/tree/region.hpp"
+#include "engine/tree/stratum.hpp"
 
 namespace hoodoo::scene {
 namespace {
@@ -97,12 +99,25 @@ tree::Node tree_of(QueuedOperation& operation, std::uint64_t seed) {
 
 void queue_steps(Document& document, Scene& scene) {
   for (auto& operation : document.operations) {
-    auto tree = tree_of(operation, scene.seed);
+    auto tree = tree::pack(tree_of(operation, scene.seed));
     scene.ground.steps.push_back({operation.id, operation.where, operation.operation,
                                   std::move(tree), operation.region, operation.material});
   }
   scene.ground.geology = std::move(document.geology);
   if (scene.ground.geology) vary(*scene.ground.geology, scene.seed);
+}
+
+/// Binds materials to the strata they name, then packs the geology.
+void bind_strata(tree::Ground& ground) {
+  if (!ground.geology) return;
+  for (std::size_t i = 0; i < ground.materials.size(); ++i) {
+    const auto& name = ground.materials[i].stratum;
+    if (name.empty()) continue;
+    if (auto where = tree::where_prevails(*ground.geology, name)) {
+      ground.seams.push_back({static_cast<int>(i), tree::pack(std::move(*where))});
+    }
+  }
+  ground.geology = tree::pack(std::move(*ground.geology));
 }
 
 /// Everything the terrains cover, as far as "extent" allows. x and y.
@@ -175,6 +190,7 @@ Scene open(const nlohmann::json& stated, const Sources& sources, const OpenSetti
   findings.report();
   fix_points(stated, document, scene);
   queue_steps(document, scene);
+  bind_strata(scene.ground);
   bound_heights(scene);
   return scene;
 }

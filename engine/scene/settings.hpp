@@ -32,6 +32,7 @@ struct MaterialSettings {
   Colour color{};
   Pair resistance{};
   double friction = 0;
+  std::string stratum;
 
   static constexpr auto fields() {
     using T = MaterialSettings;
@@ -43,10 +44,16 @@ struct MaterialSettings {
                          "The rock is this material where its resistance to erosion is in "
                          "[low, high)."},
         tree::Number<T>{"friction", &T::friction, "1", tree::within(0, 10), 0.7,
-                        "Coefficient of friction, for physics."}};
+                        "Coefficient of friction, for physics."},
+        tree::Text<T>{
+            "stratum", &T::stratum, "",
+            "The rock is this material where the geology's stratum of this name prevails, "
+            "whatever its resistance there."}};
   }
   void check(const std::string& where, std::vector<Problem>& problems) const;
-  tree::Material material() const { return {name, color, resistance[0], resistance[1], friction}; }
+  tree::Material material() const {
+    return {name, color, resistance[0], resistance[1], friction, stratum};
+  }
 };
 
 /// One of "terrains".

@@ -11,6 +11,7 @@
 #include "engine/tree/dual.hpp"
 #include "engine/tree/evaluate.hpp"
 #include "engine/tree/region.hpp"
+#include "engine/tree/rock.hpp"
 #include "engine/tree/rows.hpp"
 
 namespace hoodoo::tree {
@@ -67,10 +68,9 @@ struct CompiledStep {
 class BlockField final : public Field {
  public:
   BlockField(const Ground& ground, std::span<const dem::Window> windows, const Block& block)
-      : ground_(&ground), origin_(block.origin) {
+      : ground_(&ground), origin_(block.origin), rock_(ground, block) {
     add_bodies(windows, block);
     for (const Step& step : ground.steps) add_step(step, block);
-    if (ground.geology) rho_ = compile(*ground.geology, block);
   }
 
   void values(const Points& at, std::span<float> out) const override {
@@ -120,19 +120,18 @@ class BlockField final : public Field {
     for_batches(at, [&](const Points& batch, std::size_t from) {
       const std::size_t n = batch.size();
       std::array<const CompiledStep*, batch_size> maker{};
-      Row f, rho;
+      Row f;
       run(batch, {f.data(), n}, maker.data());
-      batch_resistances(batch, {rho.data(), n});
+      rock_.materials(batch, out.subspan(from, n));
       for (std::size_t i = 0; i < n; ++i) {
-        out[from + i] = maker[i] != nullptr ? maker[i]->step->material
-                                            : material_of(static_cast<double>(rho[i]));
+        if (maker[i] != nullptr) out[from + i] = maker[i]->step->material;
       }
     });
   }
 
   void resistances(const Points& at, std::span<float> out) const override {
     for_batches(at, [&](const Points& batch, std::size_t from) {
-      batch_resistances(batch, out.subspan(from, batch.size()));
+      rock_.resistances(batch, out.subspan(from, batch.size()));
     });
   }
 
@@ -153,10 +152,7 @@ class BlockField final : public Field {
           fmt::format("{} {}", names[static_cast<std::size_t>(s.step->operation)], name));
       if (s.tree.kernel) s.tree.kernel->explain(1, lines);
     }
-    if (rho_.kernel) {
-      lines.emplace_back("geology");
-      rho_.kernel->explain(1, lines);
-    }
+    rock_.explain(lines);
     return lines;
   }
 
@@ -319,41 +315,11 @@ class BlockField final : public Field {
             static_cast<float>(w.gradient.y), static_cast<float>(w.gradient.z)};
   }
 
-  /// rho; 1/2 without a geology.
-  void batch_resistances(const Points& at, std::span<float> out) const {
-    if (!ground_->geology) {
-      std::fill(out.begin(), out.end(), 0.5F);
-    } else if (rho_.kernel) {
-      rho_.kernel->values(at, out);
-      for (float& v : out) v = held(v) + 0.0F;
-    } else {
-      std::fill(out.begin(), out.end(), 0.0F);
-    }
-  }
-
-  /// The first whose range holds rho (half-open, but the last closes at its high end), else the
-  /// nearest.
-  int material_of(double rho) const {
-    const auto& all = ground_->materials;
-    std::size_t best = 0;
-    double gap = Box::infinity;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const bool closed = i + 1 == all.size() && rho == all[i].high;
-      if (rho >= all[i].low && (rho < all[i].high || closed)) return static_cast<int>(i);
-      const double away = rho < all[i].low ? all[i].low - rho : rho - all[i].high;
-      if (away < gap) {
-        gap = away;
-        best = i;
-      }
-    }
-    return static_cast<int>(best);
-  }
-
   const Ground* ground_;
   Vec3 origin_;
   std::vector<BodyField> bodies_;
   std::vector<CompiledStep> steps_;
-  Compiled rho_;
+  RockField rock_;
   Interval bounds_{0, 0};
 };
 

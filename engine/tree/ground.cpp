@@ -47,10 +47,16 @@ nlohmann::json to_json(const Material& material) {
           {"friction", material.friction}};
 }
 
+nlohmann::json to_json(const Seam& seam) {
+  return {{"material", seam.material}, {"tree", to_json(seam.tree)}};
+}
+
 }  // namespace
 
 Ground prune(const Ground& ground, const Box& reach, double thinnest) {
-  Ground pruned{ground.bodies, {}, {}, ground.materials};
+  Ground pruned;
+  pruned.bodies = ground.bodies;
+  pruned.materials = ground.materials;
   for (const Step& step : ground.steps) {
     if (step.region && !step.region->influence().overlaps(reach)) continue;
     Step kept = step;
@@ -60,6 +66,10 @@ Ground prune(const Ground& ground, const Box& reach, double thinnest) {
   }
   // Thin layers of rock are seen on a coarse surface, too.
   if (ground.geology) pruned.geology = prune(*ground.geology, reach, 0);
+  for (const Seam& seam : ground.seams) {
+    Node tree = prune(seam.tree, reach, 0);
+    if (!is_nothing(tree)) pruned.seams.push_back({seam.material, std::move(tree)});
+  }
   return pruned;
 }
 
@@ -76,6 +86,7 @@ nlohmann::json to_json(const Ground& ground) {
                       {"geology", ground.geology ? to_json(*ground.geology) : nlohmann::json()}};
   for (const HeightBody& body : ground.bodies) json["bodies"].push_back(to_json(body));
   for (const Step& step : ground.steps) json["steps"].push_back(to_json(step));
+  for (const Seam& seam : ground.seams) json["seams"].push_back(to_json(seam));
   for (const Material& material : ground.materials) {
     json["materials"].push_back(to_json(material));
   }

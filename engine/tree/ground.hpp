@@ -18,6 +18,7 @@ struct Material {
   std::array<std::uint8_t, 3> color;  // sRGB
   double low, high;                   // resistance range [1], half-open, the last one closed
   double friction;                    // [1]
+  std::string stratum = "";           // the one it is bound to; then its range is not looked up
 };
 
 /// A body given by elevations: the height field, cut by a prism where it has a domain.
@@ -48,12 +49,20 @@ struct Step {
   int material = -1;                     // index into Ground::materials; -1: by resistance
 };
 
+/// Rock bound to a named stratum of the geology.
+struct Seam {
+  int material;  // index into Ground::materials
+  Node tree;     // 1/2 or more where the stratum prevails
+};
+
 /// The whole implicit world: bodies united, then the steps in order, each result clamped to [0,1];
 /// beside it the geology. All points resolved, in metres in the scene frame.
 struct Ground {
   std::vector<HeightBody> bodies;
   std::vector<Step> steps;
   std::optional<Node> geology;      // none: rho = 1/2 everywhere
+  std::vector<Seam> seams;          // the first that holds a point names its material; without
+                                    // one its resistance does
   std::vector<Material> materials;  // never empty
 };
 

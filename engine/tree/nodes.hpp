@@ -40,6 +40,7 @@
 #include "engine/tree/nodes/sphere.hpp"
 #include "engine/tree/nodes/spheres.hpp"
 #include "engine/tree/nodes/strata.hpp"
+#include "engine/tree/nodes/stratum.hpp"
 #include "engine/tree/nodes/taper.hpp"
 #include "engine/tree/nodes/torus.hpp"
 #include "engine/tree/nodes/translate.hpp"
@@ -56,8 +57,8 @@ using AnyNode =
                  RoundedBox, Cone, TruncatedCone, Cylinder, Capsule, Torus, Ellipsoid, HalfSpace,
                  Prism, Carve, Union, Intersection, Difference, SmoothUnion, SmoothDifference,
                  Morph, Clamp, Multiply, Translate, Rotate, Scale, Mirror, Repeat, Warp, Fold,
-                 Taper, Twist, Erosion, FromDistance, Offset, Shell, DistanceUnion, Strata, Plane,
-                 Fault, Expression, PointSet, SphereSet>;
+                 Taper, Twist, Erosion, FromDistance, Offset, Shell, DistanceUnion, Strata, Stratum,
+                 Plane, Fault, Expression, PointSet, SphereSet>;
 
 /// A node type, and of exactly one kind of evaluation.
 template <class N>

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -38,6 +39,23 @@ class Check : public SceneTest {
 
 TEST_F(Check, FindsNothingWrongWithTheSmallestScene) {
   EXPECT_THAT(texts(problems(minimal())), IsEmpty());
+}
+
+TEST_F(Check, BindsMaterialsToStrataThatAreThere) {
+  const char* const geology =
+      R"("geology": {"type": "blend", "children": [{"type": "strata", "wavelength": 9},
+    {"type": "stratum", "name": "coal", "child": {"type": "plane", "point": [0, 0, 9]}}]})";
+  const auto stated = [&](const char* materials) {
+    return of(fmt::format("{{{}, \"materials\": {}}}", geology, materials).c_str());
+  };
+  EXPECT_THAT(stated(R"([{"name": "rock"}, {"name": "coal", "stratum": "coal"}])"), IsEmpty());
+  EXPECT_THAT(
+      stated(R"([{"name": "rock"}, {"name": "coal", "stratum": "coals"}])"),
+      ElementsAre(AllOf(HasSubstr("/materials/1/stratum"), HasSubstr("did you mean \"coal\""))));
+  EXPECT_THAT(stated(R"([{"name": "coal", "stratum": "coal"}])"),
+              ElementsAre(AllOf(HasSubstr("/materials"), HasSubstr("no \"stratum\""))));
+  EXPECT_THAT(of(R"({"materials": [{"name": "a"}, {"name": "b", "stratum": "coal"}]})"),
+              ElementsAre(HasSubstr("/materials/1/stratum")));
 }
 
 TEST_F(Check, ReportsEveryProblemAtOnce) {

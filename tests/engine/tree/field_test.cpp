@@ -113,6 +113,19 @@ TEST_F(Level, TakesTheMaterialWhoseRangeHoldsTheResistance) {
   EXPECT_EQ(material({0, 0, -5}), 1);
 }
 
+TEST_F(Level, TakesTheMaterialOfTheFirstSeamThatHoldsThePoint) {
+  ground.materials.push_back({"coal", {}, 0, 1, 0, "coal"});
+  ground.materials.push_back({"salt", {}, 0, 1, 0, "salt"});
+  ground.seams = {{2, {ball({0, 0, -20}, 5, 2)}}, {3, {ball({0, 0, -24}, 5, 2)}}};
+  EXPECT_EQ(material({0, 0, -20}), 2);
+  EXPECT_EQ(material({0, 0, -24.5}), 2);  // both hold it
+  EXPECT_EQ(material({0, 0, -28}), 3);
+  EXPECT_EQ(material({0, 0, -40}), 1);  // by resistance 1/2; those bound to strata have no range
+  step(Operation::unite, {ball({0, 0, 2}, 5, 2)}, 0);
+  ground.seams[0].tree = {ball({0, 0, 5}, 5, 2)};
+  EXPECT_EQ(material({0, 0, 5}), 0);  // an operation's own comes first
+}
+
 TEST_F(Level, GivesTheElevationsWhereNoOperationReaches) {
   step(Operation::difference, {ball({0, 0, 0}, 5, 2)});
   EXPECT_EQ(field({50, 0, 0})->height_field(), &windows[0]);

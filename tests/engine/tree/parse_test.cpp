@@ -210,8 +210,8 @@ TEST(ForEachPoint, FindsThemAllInTheirOrder) {
 
 TEST(NodeSchema, HoldsEveryTypeOfAFamilyOnce) {
   const json schema = node_schema();
-  // All but three that are geology only and three that are distances only; and "use".
-  EXPECT_EQ(schema["terrain_node"]["oneOf"].size(), std::variant_size_v<AnyNode> - 3 - 3 + 1);
+  // All but four that are geology only and three that are distances only; and "use".
+  EXPECT_EQ(schema["terrain_node"]["oneOf"].size(), std::variant_size_v<AnyNode> - 4 - 3 + 1);
   EXPECT_EQ(schema["node.strata"]["properties"]["type"]["const"], "strata");
   EXPECT_EQ(schema["node.union"]["properties"]["children"]["items"]["$ref"],
             "#/$defs/terrain_node");
