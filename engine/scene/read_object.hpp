@@ -12,6 +12,7 @@
 
 #include "engine/scene/fields.hpp"
 #include "engine/tree/read_fields.hpp"
+#include "engine/tree/type_choice.hpp"
 
 /// JSON in, and schema out, of settings that list their fields.
 namespace hoodoo::scene {
@@ -133,7 +134,7 @@ struct Types<std::variant<T...>> {
   /// One definition per type, "<prefix>.<type>", put into `definitions`; a schema for any of them.
   static nlohmann::json schema(const std::string& prefix, nlohmann::json& definitions,
                                const nlohmann::json& others = nlohmann::json::object()) {
-    auto any = nlohmann::json::array();
+    tree::TypeChoice choice;
     const auto put = [&](std::string_view type, std::string_view doc, nlohmann::json one) {
       one["description"] = std::string(doc);
       one["properties"]["type"] = {{"const", std::string(type)}};
@@ -142,11 +143,14 @@ struct Types<std::variant<T...>> {
       needed.insert(needed.begin(), "type");
       one["required"] = std::move(needed);
       const auto name = fmt::format("{}.{}", prefix, type);
-      any.push_back({{"$ref", "#/$defs/" + name}});
+      choice.add(type, name);
       definitions[name] = std::move(one);
     };
     (put(T::type, T::doc, object_schema<T>()), ...);
-    return {{"oneOf", std::move(any)}};
+    auto any = choice.schema();
+    any["type"] = "object";
+    any["required"] = nlohmann::json::array({"type"});
+    return any;
   }
 
  private:

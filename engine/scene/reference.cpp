@@ -25,15 +25,9 @@ resistance in [0, 1]. Lengths are in metres, angles in degrees. Each picture is 
 terrain tree its surface, cut open by the faces of a cube; of a geology tree its resistance, dark where soft.
 )";
 
-/// The types of a family, by the names of their definitions.
+/// The types of a family.
 std::vector<std::string> members(const json& definitions, const std::string& family) {
-  std::vector<std::string> names;
-  for (const auto& one : definitions[family]["oneOf"]) {
-    const auto name = one["$ref"].get<std::string>();
-    const auto at = name.rfind(prefix);
-    if (at != std::string::npos) names.push_back(name.substr(at + prefix.size()));
-  }
-  return names;
+  return definitions[family]["else"]["properties"]["type"]["enum"];
 }
 
 std::string number(const json& v) {

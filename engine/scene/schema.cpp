@@ -6,6 +6,7 @@
 #include "engine/scene/region.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/scene/settings.hpp"
+#include "engine/tree/type_choice.hpp"
 
 namespace hoodoo::scene {
 namespace {
@@ -35,6 +36,16 @@ json tree_operation() {
   return operation;
 }
 
+/// A brush where there is a "type", else a tree.
+json operation() {
+  const auto tree = tree::each_required({"op", "tree"});
+  return {{"type", "object"},
+          {"anyOf", tree::each_required({"op", "tree", "type"})},
+          {"if", {{"required", {"type"}}}},
+          {"then", reference("brush")},
+          {"else", {{"if", {{"anyOf", tree}}}, {"then", reference("operation.tree")}}}};
+}
+
 }  // namespace
 
 json schema() {
@@ -45,10 +56,9 @@ json schema() {
   auto regions = Types<AnyRegion>::schema("region", definitions);
   regions["description"] = "Where an operation acts; by default everywhere.";
   definitions["region"] = std::move(regions);
-  auto operations = Types<AnyBrush>::schema("brush", definitions, common_properties());
+  definitions["brush"] = Types<AnyBrush>::schema("brush", definitions, common_properties());
   definitions["operation.tree"] = tree_operation();
-  operations["oneOf"].insert(operations["oneOf"].begin(), reference("operation.tree"));
-  definitions["operation"] = std::move(operations);
+  definitions["operation"] = operation();
 
   auto scene = object_schema<Header>();
   auto& properties = scene["properties"];
@@ -57,11 +67,9 @@ json schema() {
   properties["materials"]["minItems"] = 1;
   properties["terrains"] = array_of(reference("terrain"), "Elevations that make the bodies.");
   properties["terrains"]["minItems"] = 1;
-  properties["define"] = {
-      {"type", "object"},
-      {"additionalProperties",
-       {{"anyOf", json::array({reference("terrain_node"), reference("geology_node")})}}},
-      {"description", "Trees by name, for {\"use\": name}."}};
+  properties["define"] = {{"type", "object"},
+                          {"additionalProperties", reference("any_node")},
+                          {"description", "Trees by name, for {\"use\": name}."}};
   properties["geology"] = reference("geology_node");
   properties["operations"] =
       array_of(reference("operation"), "What is done to the bodies, one after the other.");

@@ -51,7 +51,8 @@ std::optional<Node> parse_node(const nlohmann::json& json, const std::string& wh
 nlohmann::json to_json(const Node& node);
 
 /// JSON Schema (draft 2020-12) "$defs": one per node type ("node.sphere"), "terrain_node",
-/// "geology_node" and "distance_node" for any of a family, "use", "point". Derived from the fields.
+/// "geology_node" and "distance_node" for any of a family, "any_node" where that is not known yet,
+/// "use", "point". Derived from the fields.
 nlohmann::json node_schema();
 
 }  // namespace hoodoo::tree

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "engine/base/json.hpp"
+#include "engine/tree/type_choice.hpp"
 
 namespace hoodoo::tree {
 namespace {
@@ -364,20 +365,20 @@ json point_definition() {
     return json{
         {"type", "array"}, {"items", number_schema(range, unit)}, {"minItems", 2}, {"maxItems", 2}};
   };
-  const json height = number_schema(within(-farthest, farthest), "m");
-  const auto ground = [&](const char* key, json place) {
-    return json{{"type", "object"},
-                {"properties", {{key, std::move(place)}, {"ground", height}}},
-                {"required", {key, "ground"}},
-                {"additionalProperties", false}};
-  };
+  const json ground{{"type", "object"},
+                    {"properties",
+                     {{"xy", pair(within(-farthest, farthest), "m")},
+                      {"uv", pair(within(0, 1), "1")},
+                      {"ground", number_schema(within(-farthest, farthest), "m")}}},
+                    {"required", {"ground"}},
+                    {"oneOf", each_required({"xy", "uv"})},
+                    {"additionalProperties", false}};
   return {{"description",
            "A place: [x, y, z] in metres, or a height over the input terrain at xy in metres or at "
            "uv, a fraction of the first terrain's extent."},
-          {"oneOf",
-           {vector_schema(within(-farthest, farthest), "m"),
-            ground("xy", pair(within(-farthest, farthest), "m")),
-            ground("uv", pair(within(0, 1), "1"))}}};
+          {"if", {{"type", "object"}}},
+          {"then", ground},
+          {"else", vector_schema(within(-farthest, farthest), "m")}};
 }
 
 }  // namespace hoodoo::tree

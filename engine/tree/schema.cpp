@@ -7,6 +7,7 @@
 
 #include "engine/tree/parse.hpp"
 #include "engine/tree/read_fields.hpp"
+#include "engine/tree/type_choice.hpp"
 
 namespace hoodoo::tree {
 namespace {
@@ -20,9 +21,11 @@ struct FamilyName {
   std::string_view any;     // one of its nodes
   std::string_view prefix;  // of types that stand in several families
 };
-constexpr std::array<FamilyName, 3> families{{{Family::terrain, "terrain_node", ""},
+/// The last is of what "define" holds, whose family shows where it is used.
+constexpr std::array<FamilyName, 4> families{{{Family::terrain, "terrain_node", ""},
                                               {Family::geology, "geology_node", "geology."},
-                                              {Family::distance, "distance_node", "distance."}}};
+                                              {Family::distance, "distance_node", "distance."},
+                                              {Family::any, "any_node", "any."}}};
 
 json any_of(Family family) {
   const auto found = std::find_if(families.begin(), families.end(),
@@ -59,20 +62,24 @@ json node_definition(Family family) {
   return schema;
 }
 
-/// Adds a family's nodes, and the choice among them.
+/// Adds a family's nodes, and the choice among them: an instance, or what "type" names.
 template <class... N>
 void add_family(json& definitions, const FamilyName& name, std::variant<N...>*) {
-  json choice = json::array({json{{"$ref", "#/$defs/use"}}});
+  TypeChoice choice;
   const auto add = [&]<class T>(const T*) {
-    if (!stands_in<T>(name.family)) return;
+    if (name.family != Family::any && !stands_in<T>(name.family)) return;
     // A type with children stands once per family, since they are of it, too.
     const bool several = T::family == Family::any && !std::span<const Slot>(T::slots).empty();
     const std::string key = (several ? std::string(name.prefix) : "") + definition_name(T::type);
-    definitions[key] = node_definition<T>(name.family);
-    choice.push_back({{"$ref", "#/$defs/" + key}});
+    definitions[key] = node_definition<T>(T::family == Family::any ? name.family : T::family);
+    choice.add(T::type, key);
   };
   (add(static_cast<const N*>(nullptr)), ...);
-  definitions[std::string(name.any)] = {{"oneOf", std::move(choice)}};
+  definitions[std::string(name.any)] = {{"type", "object"},
+                                        {"anyOf", each_required({"type", "use"})},
+                                        {"if", {{"required", {"use"}}}},
+                                        {"then", {{"$ref", "#/$defs/use"}}},
+                                        {"else", choice.schema()}};
 }
 
 }  // namespace

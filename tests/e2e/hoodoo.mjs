@@ -2,7 +2,7 @@
 import { spawn } from 'node:child_process';
 import { createHash } from 'node:crypto';
 import { readFile, readdir, mkdtemp, rm } from 'node:fs/promises';
-import { readFileSync } from 'node:fs';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, relative, resolve } from 'node:path';
 
@@ -11,6 +11,12 @@ const ticksPerSecond = 100;   // of /proc, on every Linux
 export const command = process.env.HOODOO_COMMAND ?? resolve(here, '../../build/release/hoodoo');
 export const testData = process.env.HOODOO_TEST_DATA ?? resolve(here, '../../../shared/data');
 export const example = resolve(here, '../../schema/examples/first-light');
+
+/** The folders of all bundled examples. */
+export function examples() {
+  const all = resolve(here, '../../schema/examples');
+  return readdirSync(all).sort().map((name) => join(all, name)).filter((folder) => existsSync(join(folder, 'scene.json')));
+}
 
 /**
  * Runs `hoodoo ...args`. Options: cwd, env (added), kill: {after [ms], signal}, limit [ms] after which it is

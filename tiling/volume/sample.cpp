@@ -6,6 +6,8 @@
 
 #include "engine/dem/window.hpp"
 #include "engine/tree/field.hpp"
+#include "engine/tree/node.hpp"
+#include "engine/tree/region.hpp"
 #include "tiling/slice/land.hpp"
 #include "tiling/volume/root.hpp"
 #include "tiling/volume/volume.hpp"
@@ -334,10 +336,13 @@ std::array<std::int64_t, 2> z_cells(const slice::Land& land) {
   const auto& slice = land.slice();
   Box area = slice.lattice.area(slice.key).grown(slice.spacing());
   Interval range = land.heights(area);
-  const Box changed = tree::influence(slice.ground);
-  if (!changed.empty()) {
-    if (std::isfinite(changed.min.z)) range.low = std::min(range.low, changed.min.z);
-    if (std::isfinite(changed.max.z)) range.high = std::max(range.high, changed.max.z);
+  // Step by step, since one without a bound must not hide where another ends.
+  for (const tree::Step& step : slice.ground.steps) {
+    Box reach = tree::support(step.tree).influence;
+    if (step.region) reach = intersection(reach, step.region->influence());
+    if (reach.empty()) continue;
+    if (std::isfinite(reach.min.z)) range.low = std::min(range.low, reach.min.z);
+    if (std::isfinite(reach.max.z)) range.high = std::max(range.high, reach.max.z);
   }
   if (!(range.low <= range.high)) return {0, 16};
   const double block = 16 * slice.spacing();

@@ -68,5 +68,38 @@ TEST_F(Example, HasALedgeOverTheSea) {
   for (double z = 4; z < top - 28; z += 6) EXPECT_FALSE(solid(334, 200, z)) << z;
 }
 
+/// Every folder of schema/examples with a scene.
+std::vector<std::filesystem::path> examples() {
+  std::vector<std::filesystem::path> found;
+  for (const auto& entry : std::filesystem::directory_iterator(HOODOO_SCHEMA_DIR "/examples")) {
+    if (std::filesystem::exists(entry.path() / "scene.json")) found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+TEST(Examples, AreReadWithoutAProblemOrAnOddity) {
+  const auto all = examples();
+  EXPECT_GE(all.size(), 8U);
+  for (const auto& example : all) {
+    SCOPED_TRACE(example.filename());
+    const Folder folder;
+    // One without elevations of its own stands on the sample.
+    if (std::filesystem::exists(example / "dem.tif")) {
+      std::filesystem::copy_file(example / "dem.tif", folder / "dem.tif");
+    } else {
+      write_sample_dem(folder / "dem.tif", {});
+    }
+    const Sources sources{folder.path(), {}};
+    const auto stated = read(example / "scene.json");
+    std::vector<Problem> warnings;
+    EXPECT_THAT(texts(check(stated, sources, &warnings)), IsEmpty());
+    EXPECT_THAT(texts(warnings), IsEmpty());
+    const auto scene = open(stated, sources, {folder / "cache", {}});
+    EXPECT_THAT(scene.warnings, IsEmpty());
+    EXPECT_FALSE(scene.name.empty());
+  }
+}
+
 }  // namespace
 }  // namespace hoodoo::scene

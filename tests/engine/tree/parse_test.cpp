@@ -210,14 +210,19 @@ TEST(ForEachPoint, FindsThemAllInTheirOrder) {
 
 TEST(NodeSchema, HoldsEveryTypeOfAFamilyOnce) {
   const json schema = node_schema();
-  // All but four that are geology only and three that are distances only; and "use".
-  EXPECT_EQ(schema["terrain_node"]["oneOf"].size(), std::variant_size_v<AnyNode> - 4 - 3 + 1);
+  const auto types = [&](const char* family) {
+    return schema[family]["else"]["properties"]["type"]["enum"].size();
+  };
+  // All but four that are geology only and three that are distances only.
+  EXPECT_EQ(types("terrain_node"), std::variant_size_v<AnyNode> - 4 - 3);
+  EXPECT_EQ(types("any_node"), std::variant_size_v<AnyNode>);
   EXPECT_EQ(schema["node.strata"]["properties"]["type"]["const"], "strata");
   EXPECT_EQ(schema["node.union"]["properties"]["children"]["items"]["$ref"],
             "#/$defs/terrain_node");
   EXPECT_EQ(schema["geology.node.blend"]["properties"]["children"]["items"]["$ref"],
             "#/$defs/geology_node");
   EXPECT_EQ(schema["node.from_distance"]["properties"]["child"]["$ref"], "#/$defs/distance_node");
+  EXPECT_EQ(schema["any.node.rotate"]["properties"]["child"]["$ref"], "#/$defs/any_node");
   EXPECT_EQ(schema["distance.node.rotate"]["properties"]["child"]["$ref"], "#/$defs/distance_node");
   // Every reference leads somewhere.
   const std::string text = schema.dump(), prefix = "#/$defs/";

@@ -133,5 +133,21 @@ TEST_F(Meshes, HaveSkirtsAroundTheTileThatEndInRock) {
   EXPECT_EQ(sides, (std::set<std::int32_t>{1, 3}));
 }
 
+/// An intersection reaches everywhere, and must not hide how far the others reach.
+TEST_F(Meshes, HoldWhatOperationsMakeFarAboveAndBelowTheElevations) {
+  auto scene = text();
+  scene["operations"] = json::parse(R"([
+    {"op": "intersect", "tree": {"type": "box", "center": [128, 128, 0], "size": [600, 600, 400]}},
+    {"op": "union", "tree": {"type": "sphere", "center": [128, 100, 500], "radius": 24}}])");
+  make(scene);
+  std::int32_t low = mesh_.points[0][2], high = low;
+  for (const auto& p : mesh_.points) {
+    low = std::min(low, p[2]);
+    high = std::max(high, p[2]);
+  }
+  EXPECT_NEAR(static_cast<double>(low + origin_[2]) * slice_.step(), -200, 0.5);
+  EXPECT_NEAR(static_cast<double>(high + origin_[2]) * slice_.step(), 524, 0.5);
+}
+
 }  // namespace
 }  // namespace hoodoo::surface
