@@ -75,3 +75,22 @@ expected.forEach(({ what, at, field, gradient, resistance, material, nodes }, n)
     assert.deepEqual(found, [...nodes, 'geology', '  plane']);
   });
 });
+
+test('It names the rock of a stratum where that prevails, moved by what moves the geology', async () => {
+  const file = join(folder, 'strata.json'), points = join(folder, 'strata.csv');
+  const seam = { type: 'stratum', name: 'seam', child: { type: 'plane', point: [0, 0, -200], normal: [0, 0, 1], falloff: 10, energy: 0.3 } };
+  await writeFile(file, JSON.stringify({
+    ...scene,
+    materials: [{ name: 'rock' }, { name: 'coal', stratum: 'seam' }],
+    geology: { type: 'fault', by: [0, 0, 40], child: { type: 'blend', children: [seam, { type: 'strata', wavelength: 7 }] },
+               domain: { type: 'half_space', point: [60, 0, 0], normal: [-1, 0, 0], falloff: 0.1 } },
+    operations: [],
+  }));
+  // Half of its peak lies at 4.542 m from the seam, which stands 40 m higher beyond x = 60.
+  const at = [[20, 20, -200], [20, 20, -195.5], [20, 20, -195.4], [100, 20, -200], [100, 20, -160], [100, 20, -164.5]];
+  await writeFile(points, `x,y,z\n${at.map((p) => p.join(',')).join('\n')}\n`);
+  const found = await hoodoo(['probe', file, '--points', points]);
+  assert.equal(found.code, 0, found.stderr);
+  const rocks = found.stdout.trimEnd().split('\n').slice(1).map((line) => line.split(',')[8]);
+  assert.deepEqual(rocks, ['coal', 'coal', 'rock', 'rock', 'coal', 'coal']);
+});
