@@ -13,7 +13,7 @@ build_packages=(
   # pixels and georeferencing
   libopenimageio-dev openimageio-tools libtiff-dev libgeotiff-dev libproj-dev proj-data
   # voxels; OpenVDB's headers include some of Boost's
-  libopenvdb-dev libboost-dev
+  libopenvdb-dev libblosc-dev libboost-dev
   # meshes and glTF
   libdraco-dev libtinygltf-dev libmeshoptimizer-dev libeigen3-dev libnanoflann-dev
   # threads, vector code, formats, storage

@@ -1,13 +1,16 @@
-// Layout of the file: OpenVDB 10, openvdb/io/Archive.cc, io/GridDescriptor.cc and the readTopology
-// and readBuffers of tree/. Its own readers trust the sizes that a file states and build the whole
-// tree before it can be measured, so that only its codecs and maps are used here.
+// Layout of the file: OpenVDB 10, openvdb/io/Archive.cc, io/GridDescriptor.cc, io/Compression.h and
+// the readTopology and readBuffers of tree/. Its own readers believe the lengths that a file states
+// and build the whole tree before it can be measured, so that only its maps and masks are used
+// here.
 #include "engine/scene/vdb.hpp"
 
+#include <blosc.h>
 #include <fmt/format.h>
 #include <openvdb/io/Compression.h>
 #include <openvdb/math/Transform.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/util/NodeMasks.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -73,13 +76,16 @@ Voxels::Placement read_placement(Source& from) {
 /// Reads one tree.
 class TreeReader {
  public:
-  TreeReader(Source& from, bool as_half, std::size_t voxels_left)
-      : from_(from), half_(as_half), limit_(voxels_left), buffer_(32768) {}
+  TreeReader(Source& from, std::uint32_t compression, bool as_half, std::size_t voxels_left)
+      : from_(from),
+        half_(as_half),
+        limit_(voxels_left),
+        compression_(compression),
+        buffer_(32768) {}
 
   Voxels read(const Voxels::Placement& placement) {
     if (from_.get<std::int32_t>() != 1) damaged();  // buffers per leaf
     background_ = finite(from_.get<float>());
-    io::setGridBackgroundValuePtr(from_.stream(), &background_);
     const auto tiles = from_.get<std::uint32_t>(), children = from_.get<std::uint32_t>();
     for (std::uint32_t i = 0; i < tiles; ++i) {
       spend(16);
@@ -200,7 +206,7 @@ class TreeReader {
         layout == io::MASK_AND_TWO_INACTIVE_VALS) {
       selection.load(from_.stream());
     }
-    const bool masked = (io::getDataCompression(from_.stream()) & io::COMPRESS_ACTIVE_MASK) != 0;
+    const bool masked = (compression_ & io::COMPRESS_ACTIVE_MASK) != 0;
     const bool all = !masked || layout == io::NO_MASK_AND_ALL_VALS;
     read_numbers(all ? static_cast<std::uint32_t>(values.size()) : active.countOn());
     std::size_t next = 0;
@@ -209,41 +215,70 @@ class TreeReader {
     }
   }
 
-  /// Into buffer_. The library's codecs believe the size that stands before the bytes.
+  /// Into buffer_.
   void read_numbers(std::uint32_t count) {
+    if (!half_) return read_chunk(reinterpret_cast<char*>(buffer_.data()), 4 * std::size_t{count});
+    if (count == 0) return;  // not even its length stands there
+    halves_.resize(count);
+    read_chunk(reinterpret_cast<char*>(halves_.data()), 2 * std::size_t{count});
+    std::copy(halves_.begin(), halves_.end(), buffer_.begin());
+  }
+
+  /// `bytes` as they are, or behind their packed length; a length of -bytes says that packing did
+  /// not help.
+  void read_chunk(char* to, std::size_t bytes) {
     auto& in = from_.stream();
-    const auto compression = io::getDataCompression(in);
-    if (half_ && count == 0) return;
-    if ((compression & (io::COMPRESS_ZIP | io::COMPRESS_BLOSC)) != 0) {
-      const auto bytes = static_cast<std::int64_t>(count) * (half_ ? 2 : 4);
-      const auto stored = from_.get<std::int64_t>();
-      if (stored > 2 * bytes + 1024 || (stored <= 0 && -stored != bytes)) damaged();
-      in.seekg(-8, std::ios::cur);
+    const auto size = static_cast<std::int64_t>(bytes);
+    const bool packed = (compression_ & (io::COMPRESS_ZIP | io::COMPRESS_BLOSC)) != 0;
+    const auto stored = packed ? from_.get<std::int64_t>() : -size;
+    if (stored <= 0) {
+      if (stored != -size) damaged();
+      in.read(to, size);
+      return;
     }
-    if (half_) {
-      io::HalfReader<true, float>::read(in, buffer_.data(), count, compression);
-    } else {
-      io::readData<float>(in, buffer_.data(), count, compression);
+    if (stored > 2 * size + 1024) damaged();
+    packed_.resize(static_cast<std::size_t>(stored));
+    in.read(packed_.data(), stored);
+    if (bytes > 0 && !unpack(to, bytes)) damaged();
+  }
+
+  bool unpack(char* to, std::size_t bytes) const {
+    if ((compression_ & io::COMPRESS_BLOSC) != 0) {
+      std::size_t whole = 0;
+      return blosc_cbuffer_validate(packed_.data(), packed_.size(), &whole) == 0 &&
+             whole == bytes &&
+             blosc_decompress_ctx(packed_.data(), to, bytes, 1) == static_cast<int>(bytes);
     }
+    uLongf whole = bytes;
+    return uncompress(reinterpret_cast<Bytef*>(to), &whole,
+                      reinterpret_cast<const Bytef*>(packed_.data()), packed_.size()) == Z_OK &&
+           whole == bytes;
   }
 
   Source& from_;
   bool half_;
   std::size_t limit_, used_ = 0;
   float background_ = 0;
+  std::uint32_t compression_;
   std::vector<float> buffer_;
+  std::vector<openvdb::math::half> halves_;
+  std::vector<char> packed_;
   std::unique_ptr<std::array<float, 32768>> upper_ = std::make_unique<std::array<float, 32768>>();
   std::unique_ptr<std::array<float, 4096>> lower_ = std::make_unique<std::array<float, 4096>>();
   std::vector<Voxel> leaves_;
   Voxels::Builder voxels_;
 };
 
-/// Passes over what stands before the tree of a grid; gives its placement.
-Voxels::Placement enter(Source& from, const Entry& entry) {
+/// What stands before the tree of a grid.
+struct Head {
+  std::uint32_t compression;
+  Voxels::Placement placement;
+};
+Head read_head(Source& from, const Entry& entry) {
   from.seek(entry.start);
-  io::setDataCompression(from.stream(), from.get<std::uint32_t>());
+  const auto compression = from.get<std::uint32_t>();
   from.skip_metadata();
-  return read_placement(from);
+  return {compression, read_placement(from)};
 }
 
 Voxels read_grid(Source& from, const std::string& grid, std::size_t& voxels_left) {
@@ -252,7 +287,8 @@ Voxels read_grid(Source& from, const std::string& grid, std::size_t& voxels_left
   io::setVersion(from.stream(), {listing.library_major, listing.library_minor}, listing.format);
   const auto& entries = listing.grids;
   const Entry& chosen = choose(entries, grid);
-  const auto placement = enter(from, chosen);
+  auto head = read_head(from, chosen);
+  const auto placement = head.placement;
   const Entry* owner = &chosen;  // of the tree: an instance shares another grid's
   if (!chosen.parent.empty()) {
     const auto found = std::find_if(entries.begin(), entries.end(), [&](const Entry& one) {
@@ -260,9 +296,9 @@ Voxels read_grid(Source& from, const std::string& grid, std::size_t& voxels_left
     });
     if (found == entries.end()) damaged();
     owner = &*found;
-    enter(from, *owner);
+    head = read_head(from, *owner);
   }
-  TreeReader reader(from, owner->half(), voxels_left);
+  TreeReader reader(from, head.compression, owner->half(), voxels_left);
   auto voxels = reader.read(placement);
   if (voxels.empty()) {
     throw Refused{fmt::format("has no voxel in its grid \"{}\"", chosen.name().substr(0, 80)),
