@@ -30,6 +30,17 @@ add_library(hoodoo_geotiff INTERFACE)
 target_include_directories(hoodoo_geotiff SYSTEM INTERFACE ${GEOTIFF_INCLUDE_DIR})
 target_link_libraries(hoodoo_geotiff INTERFACE ${GEOTIFF_LIBRARY} TIFF::TIFF PROJ::proj)
 
+# Debian's package has a CMake module only, whose folder brings a FindTBB.cmake of its own. The headers want
+# Boost's; their half-precision numbers are Imath's. Files are packed by zlib or Blosc.
+find_library(OPENVDB_LIBRARY openvdb REQUIRED)
+find_library(BLOSC_LIBRARY blosc REQUIRED)
+find_library(IMATH_LIBRARY Imath REQUIRED)
+find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)
+add_library(hoodoo_openvdb INTERFACE)
+target_include_directories(hoodoo_openvdb SYSTEM INTERFACE ${OPENVDB_INCLUDE_DIR})
+target_link_libraries(hoodoo_openvdb INTERFACE ${OPENVDB_LIBRARY} ${IMATH_LIBRARY} ${BLOSC_LIBRARY}
+  TBB::tbb ZLIB::ZLIB)
+
 # Header only: Debian's libtinygltf is built without Draco, and libdraco exports symbols of its own copy.
 find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h REQUIRED)
 add_library(hoodoo_tinygltf INTERFACE)

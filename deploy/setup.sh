@@ -12,6 +12,8 @@ build_packages=(
   g++ cmake ninja-build ccache pkg-config ca-certificates
   # pixels and georeferencing
   libopenimageio-dev openimageio-tools libtiff-dev libgeotiff-dev libproj-dev proj-data
+  # voxels; OpenVDB's headers include some of Boost's
+  libopenvdb-dev libblosc-dev libboost-dev
   # meshes and glTF
   libdraco-dev libtinygltf-dev libmeshoptimizer-dev libeigen3-dev libnanoflann-dev
   # threads, vector code, formats, storage

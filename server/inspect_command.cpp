@@ -187,7 +187,8 @@ void add_draw(CLI::App& app, int* exit) {
       ->capture_default_str();
   command->callback([=] {
     const auto family = options->geology ? tree::Family::geology : tree::Family::terrain;
-    const auto tree = scene::read_tree(scene::read(options->tree), family);
+    const auto tree = scene::read_tree(scene::read(options->tree), family,
+                                       std::filesystem::path(options->tree).parent_path());
     scene::write_png(scene::draw(tree, family, options->size), options->output);
     *exit = 0;
   });

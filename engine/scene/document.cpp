@@ -13,6 +13,7 @@
 #include "engine/dem/raster.hpp"
 #include "engine/scene/read_object.hpp"
 #include "engine/scene/terrains.hpp"
+#include "engine/scene/voxel_files.hpp"
 #include "engine/tree/read_fields.hpp"
 #include "engine/tree/stratum.hpp"
 
@@ -98,6 +99,7 @@ void check_unused(const json& scene, const Document& document, Findings& finding
   }
   tree::Context scratch;
   scratch.definitions = document.context.definitions;
+  scratch.read_voxels = document.context.read_voxels;
   for (const auto& [name, definition] : document.context.definitions) {
     if (used.count(name) != 0) continue;
     Problems terrain, geology;
@@ -163,12 +165,15 @@ Document read_document(const json& scene, const Sources& sources, Findings& find
   read_bake(scene, document, findings);
   read_terrains(scene, sources, document, findings);
   read_definitions(scene, document, findings);
+  VoxelFiles grids(sources, findings);
+  document.context.read_voxels = [&](const auto&... names) { return grids.read(names...); };
   const std::size_t before = findings.problems.size();
   read_geology(scene, document, findings);
   if (findings.problems.size() == before) check_strata(document, findings);
   document.operations =
       read_operations(scene, sources, document.materials, document.context, findings);
   check_unused(scene, document, findings);
+  document.context.read_voxels = nullptr;  // it must not outlive `grids`
   findings.warnings.insert(findings.warnings.end(), document.context.warnings.begin(),
                            document.context.warnings.end());
   return document;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "engine/base/error.hpp"
+#include "engine/scene/voxel_files.hpp"
 #include "engine/tree/evaluate.hpp"
 #include "engine/tree/parse.hpp"
 
@@ -164,9 +165,14 @@ Picture draw(const tree::Node& tree, Family family, int size) {
   return Drawing(tree, family, size).draw();
 }
 
-tree::Node read_tree(const nlohmann::json& json, Family family) {
+tree::Node read_tree(const nlohmann::json& json, Family family,
+                     const std::filesystem::path& folder) {
+  const Sources sources{folder, {}};
+  Findings findings;
+  VoxelFiles grids(sources, findings);
   tree::Context context;
-  std::vector<Problem> problems;
+  context.read_voxels = [&](const auto&... names) { return grids.read(names...); };
+  auto& problems = findings.problems;
   auto node = tree::parse_node(json, "", family, context, problems);
   if (node) {
     tree::for_each_point(*node, [&](tree::Point& point) {
@@ -175,7 +181,7 @@ tree::Node read_tree(const nlohmann::json& json, Family family) {
       }
     });
   }
-  if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
+  findings.report();
   return std::move(*node);
 }
 

@@ -20,8 +20,10 @@ struct Picture {
 /// that has no end. Points of the tree are fixed.
 Picture draw(const tree::Node& tree, tree::Family family, int size);
 
-/// Reads one tree as it stands in a scene ("tree", "geology") and without "use". Errors: bad_input.
-tree::Node read_tree(const nlohmann::json& json, tree::Family family);
+/// Reads one tree as it stands in a scene ("tree", "geology") and without "use". Files that it
+/// names lie below `folder`. Errors: bad_input, not_found, limit.
+tree::Node read_tree(const nlohmann::json& json, tree::Family family,
+                     const std::filesystem::path& folder = {});
 
 /// Writes a PNG. Errors: io.
 void write_png(const Picture& picture, const std::filesystem::path& file);

@@ -18,6 +18,7 @@
 #include "engine/tree/nodes/fault.hpp"
 #include "engine/tree/nodes/fold.hpp"
 #include "engine/tree/nodes/from_distance.hpp"
+#include "engine/tree/nodes/grid.hpp"
 #include "engine/tree/nodes/half_space.hpp"
 #include "engine/tree/nodes/intersection.hpp"
 #include "engine/tree/nodes/mirror.hpp"
@@ -58,7 +59,7 @@ using AnyNode =
                  Prism, Carve, Union, Intersection, Difference, SmoothUnion, SmoothDifference,
                  Morph, Clamp, Multiply, Translate, Rotate, Scale, Mirror, Repeat, Warp, Fold,
                  Taper, Twist, Erosion, FromDistance, Offset, Shell, DistanceUnion, Strata, Stratum,
-                 Plane, Fault, Expression, PointSet, SphereSet>;
+                 Plane, Fault, Expression, VoxelGrid, PointSet, SphereSet>;
 
 /// A node type, and of exactly one kind of evaluation.
 template <class N>

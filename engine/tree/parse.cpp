@@ -137,7 +137,10 @@ struct Reader {
       if (context.nodes_left < node.balls.size()) return too_many(where);
       context.nodes_left -= node.balls.size();
     }
-    if (problems.size() == before) warn(node, where);
+    if (problems.size() == before) {
+      add_voxels(node, where);
+      warn(node, where);
+    }
     Node made{std::move(node), {}};
     for (const Slot& slot : std::span<const Slot>(N::slots)) {
       const Family inner = slot.family == Family::any ? family : slot.family;
@@ -170,6 +173,18 @@ struct Reader {
       if (auto child = read((*found)[i], fmt::format("{}/{}", at, i))) {
         into.children.push_back(*std::move(child));
       }
+    }
+  }
+
+  template <class N>
+  void add_voxels(N& node, const std::string& where) const {
+    if constexpr (requires { node.voxels; }) {
+      if (!context.read_voxels) return;
+      auto voxels = context.read_voxels(node.file, node.grid, where);
+      if (!voxels) return;
+      node.voxels = *std::move(voxels);
+      node.file = "sha256:" + node.voxels.digest().hex();
+      node.grid.clear();
     }
   }
 

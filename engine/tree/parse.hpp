@@ -24,6 +24,11 @@ struct Context {
   std::size_t nodes_left = 1'000'000;  // instances count as often as they are used
   int deepest = 64;                    // nesting of nodes, instances included
   std::vector<Problem> warnings;       // oddities that are no errors
+  /// Reads a grid of a file for the node at `where` and reports its problems by itself. Where there
+  /// is no such function, or it gives none, nodes stay without voxels.
+  std::function<std::optional<Voxels>(const std::string& file, const std::string& grid,
+                                      const std::string& where)>
+      read_voxels;
 
   /// A definition as it was read the first time; none where that failed.
   struct Instance {

@@ -28,6 +28,7 @@ class EveryNodeAsJson : public testing::TestWithParam<NodeKind> {
   std::optional<Node> parse(const json& value) {
     problems.clear();
     Context context;
+    find_made_voxels(context);
     return parse_node(value, "/tree", family_of(GetParam()), context, problems);
   }
   bool has_problem_at(const std::string& where) const {

@@ -3,8 +3,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <ostream>
 #include <random>
+#include <string>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -12,6 +15,7 @@
 #include <vector>
 
 #include "engine/tree/node.hpp"
+#include "engine/tree/parse.hpp"
 
 /// Random trees for the conformance suite, derived from what the node types list.
 namespace hoodoo::tree::conformance {
@@ -93,6 +97,11 @@ void randomise(T& t, const BallList<T>& f, Random& random) {
   t.*f.member = Balls(balls);
 }
 template <class T>
+void randomise(T& t, const OptionalNumber<T>& f, Random& random) {
+  t.*f.member = std::nullopt;
+  if (random.whole(0, 1) == 1) t.*f.member = random_number(random, f.range, f.unit, f.key);
+}
+template <class T>
 void randomise(T& t, const Vector<T>& f, Random& random) {
   for (int axis = 0; axis < 3; ++axis) {
     (t.*f.member)[axis] = random_number(random, f.range, f.unit);
@@ -143,6 +152,57 @@ void randomise(T& t, const Group<T, StarTurbulence>& f, Random& random) {
 template <class T>
 void randomise(T& value, Random& random) {
   std::apply([&](const auto&... f) { (randomise(value, f, random), ...); }, T::fields());
+}
+
+/// What tests have made, by the name that a node has for it.
+inline std::map<std::string, Voxels>& made_voxels() {
+  static std::map<std::string, Voxels> made;
+  return made;
+}
+/// So that trees are read back with their voxels.
+inline void find_made_voxels(Context& context) {
+  context.read_voxels = [](const std::string& file, const std::string&, const std::string&) {
+    const auto found = made_voxels().find(file);
+    return found == made_voxels().end() ? std::nullopt : std::optional(found->second);
+  };
+}
+
+/// Some bricks and tiles of some 60 voxels in all directions, turned and stretched.
+inline Voxels random_voxels(Random& random) {
+  Voxels::Builder builder;
+  const auto place = [&](int side) {
+    const auto one = [&] { return static_cast<std::int32_t>(random.whole(-2, 1)) * side; };
+    return Voxel{one(), one(), one()};
+  };
+  if (random.whole(0, 3) == 0) {
+    builder.tile(place(128), 1, static_cast<float>(random.real(-1, 1)));
+  } else {
+    builder.tile(place(8), 0, static_cast<float>(random.real(-1, 1)));
+  }
+  std::array<float, Voxels::brick_size> values;
+  for (int bricks = 0; bricks < 12; ++bricks) {
+    for (float& v : values) {
+      v = random.whole(0, 4) == 0 ? Voxels::unset : static_cast<float>(random.real(-2, 2));
+    }
+    builder.brick(place(8), values);
+  }
+  Voxels::Placement placement;
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      placement.linear[r][c] = r == c ? random.real(1, 1.5) : random.real(-0.3, 0.3);
+    }
+  }
+  placement.shift = random.place(2);
+  return builder.finish(placement, static_cast<float>(random.whole(-1, 1)));
+}
+
+/// As a scene would have read it.
+inline void randomise(VoxelGrid& grid, Random& random) {
+  std::apply([&](const auto&... f) { (randomise(grid, f, random), ...); }, VoxelGrid::fields());
+  grid.voxels = random_voxels(random);
+  grid.file = "sha256:" + grid.voxels.digest().hex();
+  grid.grid.clear();
+  made_voxels()[grid.file] = grid.voxels;
 }
 
 Node random_tree(Random& random, Family family, int depth);

@@ -34,7 +34,7 @@ bool has_type(const json& tree, const std::string& type) {
 /// Geology where a tree is none of terrain.
 tree::Family family_of(const json& tree) {
   try {
-    scene::read_tree(tree, tree::Family::terrain);
+    scene::read_tree(tree, tree::Family::terrain, schema_folder / "nodes");
     return tree::Family::terrain;
   } catch (const Error&) {
     return tree::Family::geology;
@@ -71,7 +71,8 @@ TEST(NodeReference, HasAnExampleOfEveryTypeAndItsPicture) {
     const auto tree = json::parse(read_file(example, 1U << 20));
     EXPECT_TRUE(has_type(tree, type));
     const auto family = family_of(tree);
-    const auto picture = scene::draw(scene::read_tree(tree, family), family, 200);
+    const auto read = scene::read_tree(tree, family, schema_folder / "nodes");
+    const auto picture = scene::draw(read, family, 200);
     const auto file = schema_folder / "nodes" / (type + ".png");
     if (blessed()) scene::write_png(picture, file);
     EXPECT_EQ(pixels_of(file), picture.rgb) << "run with HOODOO_BLESS=1 to accept the new picture";
