@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "engine/base/interval.hpp"
 #include "engine/base/vector.hpp"
 
 namespace hoodoo {
@@ -61,5 +62,21 @@ inline void turbulence_gradient(const Turbulence& t, const Vec3& origin, std::sp
 
 /// A bound [1/m] on the length of the gradient of `t`.
 double turbulence_slope(const Turbulence& t);
+
+/// The value at one place.
+inline double turbulence_at(const Turbulence& t, const Vec3& p) {
+  const float zero = 0;
+  float value = 0;
+  turbulence(t, p, {&zero, 1}, {&zero, 1}, {&zero, 1}, {&value, 1});
+  return static_cast<double>(value);
+}
+
+/// Contains the values at all points no farther than `reach` [m] from p, rounded outward.
+inline Interval turbulence_bounds(const Turbulence& t, const Vec3& p, double reach) {
+  const double change = turbulence_slope(t) * reach;
+  if (!(change < 1)) return {0, 1};
+  const double value = turbulence_at(t, p);
+  return clamp(outward({value - change, value + change}), 0, 1);
+}
 
 }  // namespace hoodoo

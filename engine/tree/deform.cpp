@@ -83,6 +83,21 @@ class DeformKernel final : public Kernel {
   std::unique_ptr<const Kernel> child_, control_;
 };
 
+/// Contains where the points of a box are moved to: about its centre's image, with a control field
+/// in `weight`.
+template <class N>
+Box image(const N& node, const Box& box, const Interval& weight) {
+  const Vec3 center = (box.min + box.max) * 0.5;
+  double x = 0, y = 0, z = 0;
+  node.template map<double>(center)(x, y, z, (weight.low + weight.high) / 2);
+  const Bend bend = node.bend();
+  const double away = farthest_from(node, box);
+  const double off = length(box.max - box.min) / 2 * (bend.stretch + away * bend.per_metre) +
+                     away * bend.per_control * weight.width() / 2;
+  const Vec3 moved = center + Vec3{x, y, z};
+  return Box{moved, moved}.grown(off * (1 + 1e-9) + 1e-9 * (1 + away));
+}
+
 /// Where the control field is 0 throughout, the child stands as it is.
 template <class N>
 Compiled compile_deformation(const N& node, const std::vector<Node>& children, const Block& block) {
@@ -91,7 +106,8 @@ Compiled compile_deformation(const N& node, const std::vector<Node>& children, c
     control = compile(children[1], block);
     if (!control.kernel || control.bounds.high <= 0) return compile(children[0], block);
   }
-  Box source = node.source(block.box);
+  const Interval weight = control.kernel ? clamp(control.bounds, 0, 1) : Interval{1, 1};
+  Box source = intersection(node.source(block.box), image(node, block.box, weight));
   source = source.grown(rounding(source, block));
   Compiled child = compile(children[0], {block.origin, source});
   if (!child.kernel) return {};
@@ -168,11 +184,16 @@ Support Taper::support(std::span<const Support> children) const {
   Support all = children[0];
   all.influence.add(stretched(*this, children[0].influence, factor));
   const double control = children.size() > 1 ? children[1].slope : 0;
+  const Bend b = bend();
+  all.slope = steepened(all.slope, b.stretch, farthest_from(*this, all.influence),
+                        b.per_metre + b.per_control * control);
+  return all;
+}
+
+Bend Taper::bend() const {
   const Interval k = inverse();
   // d(1/s)/dh = (factor - 1) / (length s^2).
-  const double bend = std::abs(factor - 1) / length * k.high * k.high + (k.high - k.low) * control;
-  all.slope = steepened(all.slope, k.high, farthest_from(*this, all.influence), bend);
-  return all;
+  return {k.high, std::abs(factor - 1) / length * k.high * k.high, k.width()};
 }
 
 Box Taper::source(const Box& box) const {
@@ -185,9 +206,15 @@ Support Twist::support(std::span<const Support> children) const {
   Support all = children[0];
   all.influence = revolved(*this, children[0].influence);
   const double control = children.size() > 1 ? children[1].slope : 0;
-  const double bend = std::abs(angle) * (pi / 180) * (1 / length + control);
-  all.slope = steepened(all.slope, 1, farthest_from(*this, children[0].influence), bend);
+  const Bend b = bend();
+  all.slope = steepened(all.slope, b.stretch, farthest_from(*this, children[0].influence),
+                        b.per_metre + b.per_control * control);
   return all;
+}
+
+Bend Twist::bend() const {
+  const double turn = std::abs(angle) * (pi / 180);
+  return {1, turn / length, turn};
 }
 
 Compiled Taper::compile_node(const std::vector<Node>& children, const Block& block) const {

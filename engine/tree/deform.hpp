@@ -64,6 +64,12 @@ Box revolved(const Spine& spine, const Box& box);
 /// The largest distance of the box's points from the axis.
 double farthest_from(const Spine& spine, const Box& box);
 
+/// How fast a deformation moves what lies `away` [m] from its axis: at most `stretch` plus away *
+/// per_metre metres per metre, and away * per_control metres from no control field to all of it.
+struct Bend {
+  double stretch, per_metre, per_control;
+};
+
 /// The linear bound on how a deformation steepens its child: `stretch` along the child's
 /// influence, plus what `bend` [1/m] and the control field add at its farthest point.
 double steepened(double slope, double stretch, double away, double bend);

@@ -129,6 +129,8 @@ template <class N>
 concept Displacement = requires(const N node, const Vec3& origin, const Points& at,
                                 std::span<float> v, const Gradients& g) {
   { node.reach() } -> std::same_as<double>;
+  // Of delta_axis at the points no farther from a place than a distance [m].
+  { node.displacement_bounds(0, origin, 1.0) } -> std::same_as<Interval>;
   node.displacement(0, origin, at, v);              // delta_axis
   node.displacement_gradient(0, origin, at, v, g);  // and its gradient; the same bits
 };

@@ -20,14 +20,6 @@ Interval slope_bounds(double value, double slope, const Block& block, const Inte
 
 Vec3 centre(const Block& block) { return (block.box.min + block.box.max) * 0.5; }
 
-/// t at one place.
-double turbulence_at(const Turbulence& t, const Vec3& p) {
-  const float zero = 0;
-  float value = 0;
-  turbulence(t, p, {&zero, 1}, {&zero, 1}, {&zero, 1}, {&value, 1});
-  return static_cast<double>(value);
-}
-
 }  // namespace
 
 void Strata::values(const Vec3& origin, const Points& at, std::span<float> out) const {

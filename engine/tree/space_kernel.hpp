@@ -155,6 +155,19 @@ class DisplacementKernel final : public Kernel {
   std::unique_ptr<const Kernel> child_, control_;
 };
 
+/// Where the points of a box are moved to, with a control field in `weight`.
+template <class N>
+Box displaced(const N& node, const Box& box, const Interval& weight) {
+  const double around = length(box.max - box.min) / 2;
+  Box to;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Interval by = node.displacement_bounds(axis, (box.min + box.max) * 0.5, around) * weight;
+    to.min[axis] = box.min[axis] + by.low;
+    to.max[axis] = box.max[axis] + by.high;
+  }
+  return to;
+}
+
 /// Where the control field is 0 throughout, the child stands as it is.
 template <class N>
 Compiled compile_displacement(const N& node, const std::vector<Node>& children,
@@ -164,7 +177,9 @@ Compiled compile_displacement(const N& node, const std::vector<Node>& children,
     control = compile(children[1], block);
     if (!control.kernel || control.bounds.high <= 0) return compile(children[0], block);
   }
-  Compiled child = compile(children[0], {block.origin, block.box.grown(node.reach())});
+  const Interval weight = control.kernel ? clamp(control.bounds, 0, 1) : Interval{1, 1};
+  const Box source = displaced(node, block.box, weight);
+  Compiled child = compile(children[0], {block.origin, source.grown(rounding(source, block))});
   if (!child.kernel) return {};
   return {std::make_unique<DisplacementKernel<N>>(node, block.origin, std::move(child.kernel),
                                                   std::move(control.kernel)),

@@ -44,6 +44,11 @@ struct Fold {
   }
   Turbulence noise() const { return {wavelength, octaves, seed}; }
   double reach() const { return amplitude; }
+  Interval displacement_bounds(int axis, const Vec3& center, double around) const {
+    const double a = amplitude * normalized(direction)[axis];
+    if (a == 0) return {0, 0};
+    return (turbulence_bounds(noise(), center, around) * 2 - Interval{1, 1}) * a;
+  }
 
   void displacement(int axis, const Vec3& origin, const Points& at, std::span<float> out) const {
     const auto a = static_cast<float>(amplitude * normalized(direction)[axis]);

@@ -258,6 +258,16 @@ Support VoxelGrid::support(std::span<const Support>) const {
   return all;
 }
 
+/// Bounds by the value at the centre of a box and the steepest slope there is.
+static Interval about_centre(const VoxelGrid& node, const Box& box) {
+  const Vec3 center = (box.min + box.max) * 0.5;
+  const float zero = 0;
+  float value = 0;
+  GridKernel(node, center).values({{&zero, 1}, {&zero, 1}, {&zero, 1}}, {&value, 1});
+  const double change = node.support({}).slope * length(box.max - box.min) / 2;
+  return {static_cast<double>(value) - change, static_cast<double>(value) + change};
+}
+
 Compiled VoxelGrid::compile_node(const std::vector<Node>&, const Block& block) const {
   if (voxels.empty()) return {};
   const Placed placed(*this);
@@ -269,7 +279,10 @@ Compiled VoxelGrid::compile_node(const std::vector<Node>&, const Block& block) c
   } else {
     range = voxels.range(reach.first, reach.second);
   }
-  return {std::make_unique<GridKernel>(*this, block.origin), outward(placed.values(range))};
+  const Interval near = about_centre(*this, block.box);
+  const Interval all = placed.values(range);
+  return {std::make_unique<GridKernel>(*this, block.origin),
+          outward({std::max(all.low, near.low), std::min(all.high, near.high)})};
 }
 
 Node VoxelGrid::prune_node(const std::vector<Node>&, const Box& reach, double) const {

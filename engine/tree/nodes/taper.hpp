@@ -33,6 +33,7 @@ struct Taper : Spine {
   Support support(std::span<const Support> children) const;
   /// Where the child is seen from the points of a box.
   Box source(const Box& box) const;
+  Bend bend() const;
 
   template <class S>
   struct Map {

@@ -30,6 +30,7 @@ struct Twist : Spine {
   Support support(std::span<const Support> children) const;
   /// Where the child is seen from the points of a box.
   Box source(const Box& box) const { return revolved(*this, box); }
+  Bend bend() const;
 
   template <class S>
   struct Map {

@@ -45,6 +45,9 @@ struct Warp {
     return {wavelength, octaves, static_cast<std::uint32_t>(random_bits(seed, axis))};
   }
   double reach() const { return amplitude; }
+  Interval displacement_bounds(int axis, const Vec3& center, double around) const {
+    return (turbulence_bounds(noise(axis), center, around) * 2 - Interval{1, 1}) * amplitude;
+  }
 
   void displacement(int axis, const Vec3& origin, const Points& at, std::span<float> out) const {
     turbulence(noise(axis), origin, at.x, at.y, at.z, out);
