@@ -50,23 +50,43 @@ std::vector<Balls::Found> balls_near(const N& node, const Box& box, const Vec3& 
                          node.margin() * (1 + 5e-5) + 4e-6 * farthest_side(box, origin));
 }
 
-/// Bounds of one ball's field, its distance off by at most `rounding` [m].
+/// How far roughness moves a ball's boundary [m] where the points of a box see it.
 template <Swarm N>
-Interval ball_bounds(const N& node, const Balls::Found& found, double rounding) {
+Interval bump_bounds(const N& node, const Balls::Stored& ball, const Box& box) {
+  const double a = node.turbulence.amplitude;
+  const Turbulence noise = node.turbulence.noise();
+  const Vec3 half = (box.max - box.min) * 0.5;
+  if (a == 0 || turbulence_slope(noise) * length(half) > 1) return {-a, a};
+  const Vec3 place = (box.min + box.max) * 0.5 - Vec3{ball.x, ball.y, ball.z};
+  Uncertain::was_undecided();
+  const auto p = star_projection(Uncertain(place.x - half.x, place.x + half.x),
+                                 Uncertain(place.y - half.y, place.y + half.y),
+                                 Uncertain(place.z - half.z, place.z + half.z), Uncertain(0),
+                                 Uncertain(0), Uncertain(0), ball.radius);
+  if (Uncertain::was_undecided()) return {-a, a};
+  const Vec3 middle{ball.x + p.x.middle(), ball.y + p.y.middle(), ball.z + p.z.middle()};
+  const double around = length(Vec3{p.x.half(), p.y.half(), p.z.half()});
+  return (turbulence_bounds(noise, middle, around) * 2 - Interval{1, 1}) * a;
+}
+
+/// Bounds of one ball's field, its distance off by at most `rounding` [m], its boundary by `bump`.
+template <Swarm N>
+Interval ball_bounds(const N& node, const Balls::Found& found, double rounding,
+                     const Interval& bump) {
   const double least = found.near - rounding, most = found.far + rounding;
-  const double reach = node.reach(found.ball->radius), a = node.turbulence.amplitude;
+  const double reach = node.reach(found.ball->radius);
   const auto g = [](double u) {
     const double q = std::max(0.0, 1 - u * u);
     return q * q * q;
   };
   double near = 0, far = 0;  // in units of the reach
   if constexpr (N::thin) {
-    near = std::max(0.0, least) / (reach + a);
-    far = most / (reach - a);
+    near = std::max(0.0, least) / (reach + bump.high);
+    far = most / (reach + bump.low);
   } else {
     const double inset = half_falloff * reach - found.ball->radius;
-    near = std::max(0.0, least - a + inset) / reach;
-    far = std::max(0.0, most + a + inset) / reach;
+    near = std::max(0.0, least - bump.high + inset) / reach;
+    far = std::max(0.0, most - bump.low + inset) / reach;
   }
   return Interval{g(far), g(near)} * static_cast<double>(found.ball->energy);
 }
@@ -94,7 +114,9 @@ Compiled compile_swarm(const N& node, const Block& block) {
   const double side = farthest_side(block.box, block.origin);
   for (const Balls::Found& f : found) {
     balls.push_back(splat_ball(node, *f.ball, block.origin));
-    bounds = bounds + ball_bounds(node, f, 4e-6 * (side + f.far));
+    const double rounding = 4e-6 * (side + f.far);
+    const Interval bump = bump_bounds(node, *f.ball, block.box.grown(2 * rounding));
+    bounds = bounds + ball_bounds(node, f, rounding, bump);
     slack += std::abs(static_cast<double>(f.ball->energy));
   }
   // Each ball's place and field round, and so does each partial sum.

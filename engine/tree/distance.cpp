@@ -140,9 +140,11 @@ template <class N>
 Compiled compile_volume(const N& node, const Block& block) {
   const Vec3 centre = (block.box.min + block.box.max) * 0.5;
   const double d = node.template shape<double>(centre).project(0.0, 0.0, 0.0).distance;
-  const double away = length(block.box.max - block.box.min) / 2 +
-                      slack_of(node, block, node.support({})) + node.turbulence.amplitude;
-  return {std::make_unique<DistanceKernel<N>>(node, block.origin), outward({d - away, d + away})};
+  const double slack = slack_of(node, block, node.support({}));
+  const double away = length(block.box.max - block.box.min) / 2 + slack;
+  const Interval distance =
+      Interval{d - away, d + away} - bump_bounds(node, block.box.grown(2 * slack));
+  return {std::make_unique<DistanceKernel<N>>(node, block.origin), outward(distance)};
 }
 
 class FieldKernel final : public Kernel {

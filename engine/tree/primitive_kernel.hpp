@@ -143,6 +143,23 @@ double slack_of(const N& node, const Block& block, const Support& support) {
   }
 }
 
+/// How far roughness moves the boundary [m] where the points of a box see it.
+template <class N>
+Interval bump_bounds(const N& node, const Box& box) {
+  const double a = node.turbulence.amplitude;
+  const Turbulence noise = node.turbulence.noise();
+  const Vec3 centre = (box.min + box.max) * 0.5, half = (box.max - box.min) * 0.5;
+  // Seen from afar the boundary moves as fast as the points, and nothing is known of a large box.
+  if (a == 0 || turbulence_slope(noise) * length(half) > 1) return {-a, a};
+  Uncertain::was_undecided();
+  const auto p = node.template shape<double>(centre).project(
+      Uncertain(-half.x, half.x), Uncertain(-half.y, half.y), Uncertain(-half.z, half.z));
+  if (Uncertain::was_undecided()) return {-a, a};
+  const Vec3 place = centre + Vec3{p.x.middle(), p.y.middle(), p.z.middle()};
+  const double around = length(Vec3{p.x.half(), p.y.half(), p.z.half()});
+  return (turbulence_bounds(noise, place, around) * 2 - Interval{1, 1}) * a;
+}
+
 /// Bounds of a primitive's field in a block, from its distance at the block's centre: a distance
 /// changes by no more than one metre per metre.
 template <class N>
@@ -155,19 +172,21 @@ Interval primitive_bounds(const N& node, const Block& block, const Support& supp
   } else {
     d = shape.project(0.0, 0.0, 0.0).distance;
   }
-  const double half = length(block.box.max - block.box.min) / 2 + slack_of(node, block, support);
-  const double reach = PrimitiveKernel<N>::reach_of(node), a = node.turbulence.amplitude;
+  const double slack = slack_of(node, block, support);
+  const double half = length(block.box.max - block.box.min) / 2 + slack;
+  const double reach = PrimitiveKernel<N>::reach_of(node);
+  const Interval bump = bump_bounds(node, block.box.grown(2 * slack));
   const auto g = [](double u) {
     const double q = std::max(0.0, 1 - u * u);
     return q * q * q;
   };
   double near, far;  // in units of the reach
   if constexpr (N::thin) {
-    near = std::max(0.0, d - half) / (reach + a);
-    far = (d + half) / (reach - a);
+    near = std::max(0.0, d - half) / (reach + bump.high);
+    far = (d + half) / (reach + bump.low);
   } else {
-    near = std::max(0.0, d - half - a + half_falloff * reach) / reach;
-    far = std::max(0.0, d + half + a + half_falloff * reach) / reach;
+    near = std::max(0.0, d - half - bump.high + half_falloff * reach) / reach;
+    far = std::max(0.0, d + half - bump.low + half_falloff * reach) / reach;
   }
   if (near >= 1) return {0, 0};
   const Interval field = outward(Interval{g(far), g(near)} * node.energy);

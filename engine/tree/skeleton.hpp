@@ -8,6 +8,7 @@
 #include "engine/base/noise.hpp"
 #include "engine/tree/dual.hpp"
 #include "engine/tree/node_type.hpp"
+#include "engine/tree/uncertain.hpp"
 
 namespace hoodoo::tree {
 

@@ -42,7 +42,7 @@ struct BoxNode : Volume {
       const T inside = smaller(larger(larger(qx, qy), qz), zero);
       // Outside, the boundary point is p held to the box; inside, p moved out through the
       // nearest face.
-      const S q = std::max({value_of(qx), value_of(qy), value_of(qz)});
+      const Scalar<T> q = std::max({value_of(qx), value_of(qy), value_of(qz)});
       const bool out = q > S(0);
       const auto place = [&](const T& d, const T& distance, S half) {
         if (!out && value_of(distance) < q) return d;

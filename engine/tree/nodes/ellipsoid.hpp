@@ -66,6 +66,20 @@ struct Ellipsoid : Volume {
           norm;
       return {d, x + signed_as(vx, dx), y + signed_as(vy, dy), z + signed_as(vz, dz)};
     }
+    /// About the middle's: the nearest point of the boundary moves no faster than the point itself
+    /// outside, and inside c / (c - depth) times as fast, c the least radius of curvature.
+    Projection<Uncertain> project(const Uncertain& px, const Uncertain& py,
+                                  const Uncertain& pz) const {
+      const auto p = project<double>(px.middle(), py.middle(), pz.middle());
+      const double off =
+          std::sqrt(px.half() * px.half() + py.half() * py.half() + pz.half() * pz.half());
+      const double curved = least * least / std::max({rx, ry, rz});
+      const double depth = std::max(0.0, off - p.distance);
+      if (depth > 0.9 * curved) Uncertain::note_undecided();
+      const double moved = off * curved / std::max(curved - depth, 0.1 * curved);
+      const auto about = [](double v, double by) { return Uncertain(v - by, v + by); };
+      return {about(p.distance, off), about(p.x, moved), about(p.y, moved), about(p.z, moved)};
+    }
 
    private:
     template <class T>

@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "engine/tree/nodes/segment.hpp"
 
 namespace hoodoo::tree {
@@ -54,6 +56,18 @@ struct Polyline : Thin {
         }
       }
       return segments[best].project(px, py, pz);
+    }
+    /// By every segment that is the nearest of some point.
+    Projection<Uncertain> project(const Uncertain& px, const Uncertain& py,
+                                  const Uncertain& pz) const {
+      const double most = distance_squared(px, py, pz).high;
+      std::optional<Projection<Uncertain>> all;
+      for (const auto& segment : segments) {
+        if (segment.distance_squared(px, py, pz).low > most) continue;
+        const auto one = segment.project(px, py, pz);
+        all = all ? hull(*all, one) : one;
+      }
+      return *all;
     }
   };
   template <class S>

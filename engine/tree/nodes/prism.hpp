@@ -59,14 +59,15 @@ struct Prism : Volume {
 
     template <class T>
     Projection<T> project(const T& px, const T& py, const T& pz) const {
+      using V = Scalar<T>;
       const Side* wall = &sides[0];
-      S nearest = std::numeric_limits<S>::max();
+      V nearest = std::numeric_limits<S>::max();
       bool inside = false;
-      const S vx = value_of(px), vy = value_of(py);
+      const V vx = value_of(px), vy = value_of(py);
       for (std::size_t i = 0, n = sides.size(); i < n; ++i) {
         const Side &a = sides[i], &b = sides[i + 1 < n ? i + 1 : 0];
-        const S t = held(a, vx, vy), ex = vx - a.x - t * a.ux, ey = vy - a.y - t * a.uy;
-        const S d2 = ex * ex + ey * ey;
+        const V t = held(a, vx, vy), ex = vx - a.x - t * a.ux, ey = vy - a.y - t * a.uy;
+        const V d2 = ex * ex + ey * ey;
         if (d2 < nearest) {
           nearest = d2;
           wall = &a;

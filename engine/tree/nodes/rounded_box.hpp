@@ -56,7 +56,7 @@ struct RoundedBox : Volume {
       const T inside = smaller(larger(larger(qx, qy), qz), zero);
       // From the inner block's nearest point outward by the rounding; within the inner block,
       // through the nearest face.
-      const S q = std::max({value_of(qx), value_of(qy), value_of(qz)});
+      const Scalar<T> q = std::max({value_of(qx), value_of(qy), value_of(qz)});
       const bool out = q > S(0);
       const T f = T(radius) / larger(outside, T(S(1e-12)));
       const auto place = [&](const T& d, const T& past, const T& over, S half) {
