@@ -23,6 +23,9 @@ Picture draw(const tree::Node& tree, tree::Family family, int size);
 /// Reads one tree as it stands in a scene ("tree", "geology") and without "use". Errors: bad_input.
 tree::Node read_tree(const nlohmann::json& json, tree::Family family);
 
+/// The bytes of a PNG.
+std::vector<unsigned char> png(const Picture& picture);
+
 /// Writes a PNG. Errors: io.
 void write_png(const Picture& picture, const std::filesystem::path& file);
 
