@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -59,6 +60,9 @@ void print_text(const Comparison& found) {
 }
 
 int run(const Options& options, bool as_json) {
+  if (!std::isfinite(options.tolerance)) {  // CLI11 lets "nan" into any range
+    throw Error(Fault::bad_input, "--tolerance", "must be a number of metres in [0, 1000000]");
+  }
   const auto found = compared(options);
   if (!options.page.empty()) {
     write_file(options.page, compare::page(found, options.first, options.second));
