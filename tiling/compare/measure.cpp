@@ -55,10 +55,15 @@ class Measurement {
     return p.x >= low.x && p.x < high.x && p.y >= low.y && p.y < high.y;
   }
 
+  const std::string& material_of(std::uint32_t point) const {
+    return own_.material(sheet_.materials[point]);
+  }
+
   void look_at_points() {
     const auto& points = sheet_.patch.points;
     distances_.assign(points.size(), -1);
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    changed_.assign(points.size(), false);
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
       if (!inside(points[i])) continue;
       distances_[i] = Box::infinity;
       if (other_.empty()) continue;
@@ -66,6 +71,7 @@ class Measurement {
       distances_[i] = std::sqrt(near.distance2);
       found_.largest2 = std::max(found_.largest2, near.distance2);
       if (!question_.attributes) continue;
+      changed_[i] = has_changed(points[i], near, material_of(i));
       const Vec3 turned = normalized(vector_of(sheet_.normals[i])) -
                           normal_near(points[i], *near.sheet, near.triangle);
       found_.chord2 = std::max(found_.chord2, dot(turned, turned));
@@ -78,21 +84,21 @@ class Measurement {
     const Vec3 &a = points[corners[0]], &b = points[corners[1]], &c = points[corners[2]];
     int samples = 3, counted = 0, changed = 0;
     double sum = 0;
-    const auto look = [&](const Vec3& p, double distance) {
-      ++counted;
-      if (other_.empty()) return;
-      sum += distance;
-      if (question_.attributes && has_changed(p, distance, corners[0])) ++changed;
-    };
     for (const auto corner : corners) {
-      if (distances_[corner] >= 0) look(points[corner], distances_[corner]);
+      if (distances_[corner] < 0) continue;
+      ++counted;
+      if (!other_.empty()) sum += distances_[corner];
+      changed += changed_[corner] ? 1 : 0;
     }
     lod::for_each_sample(a, b, c, question_.spacing, [&](const Vec3& p) {
       ++samples;
       if (!inside(p)) return;
-      const double d2 = other_.empty() ? 0 : other_.nearest(p).distance2;
-      found_.largest2 = std::max(found_.largest2, d2);
-      look(p, std::sqrt(d2));
+      ++counted;
+      if (other_.empty()) return;
+      const auto near = other_.nearest(p);
+      found_.largest2 = std::max(found_.largest2, near.distance2);
+      sum += std::sqrt(near.distance2);
+      if (question_.attributes && has_changed(p, near, material_of(corners[0]))) ++changed;
     });
     const double share = 0.5 * length(cross(b - a, c - a)) / samples;
     found_.area += share * counted;
@@ -100,17 +106,20 @@ class Measurement {
     found_.changed_area += share * changed;
   }
 
-  /// A little farther than the nearest point, where triangles of two materials meet.
-  bool has_changed(const Vec3& p, double distance, std::uint32_t corner) {
-    const double reach = std::max(distance, question_.tolerance) + question_.spacing / 64;
-    return !other_.has_material(p, reach, own_.material(sheet_.materials[corner]));
+  bool has_changed(const Vec3& p, const Around::Nearest& near, const std::string& material) {
+    if (other_.material(near) == material) return false;
+    // A little farther than the nearest point, where triangles of two materials meet.
+    const double reach =
+        std::max(std::sqrt(near.distance2), question_.tolerance) + question_.spacing / 64;
+    return !other_.has_material(p, reach, material);
   }
 
   const Sheet& sheet_;
   const Surfaces& own_;
   Around& other_;
   const Question& question_;
-  std::vector<double> distances_;
+  std::vector<double> distances_;  // of the points
+  std::vector<bool> changed_;      // their materials
   Findings found_;
 };
 
@@ -140,6 +149,10 @@ Around::Nearest Around::nearest(const Vec3& p) {
     if (part != first && distance2(p, part->bounds) < best.distance2) ask(*part, p, best);
   }
   return best;
+}
+
+const std::string& Around::material(const Nearest& at) const {
+  return bake_.material(at.sheet->materials[at.sheet->patch.triangles[at.triangle][0]]);
 }
 
 bool Around::has_material(const Vec3& p, double reach, const std::string& name) {

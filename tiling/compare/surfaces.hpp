@@ -27,6 +27,8 @@ class Surfaces {
   /// Errors: bad_input, not_found, when `folder` has no finished bake; or tiles of it are missing
   /// or have another size than the index says, all of them at once.
   explicit Surfaces(const std::filesystem::path& folder);
+  Surfaces(const Surfaces&) = delete;
+  Surfaces& operator=(const Surfaces&) = delete;
 
   const tileset::Manifest& manifest() const { return manifest_; }
   /// Moves the bake by `by` [m]: its frame has another origin.
