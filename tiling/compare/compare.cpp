@@ -18,6 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 using Change = Tile::Change;
 
+/// Below this share, triangles of a rock come and go with the mesh.
+constexpr double most_material = 0.01;
+
 Box plan_intersection(const Box& a, const Box& b) {
   Box common = intersection(a, b);
   common.min.z = -Box::infinity;
@@ -170,7 +173,7 @@ class Walk {
     tile.mean = found.mean();
     tile.normal = found.normal_degrees();
     tile.material = found.changed_share();
-    tile.beyond = tile.largest > asked.tolerance || tile.material > 0 ||
+    tile.beyond = tile.largest > asked.tolerance || tile.material > most_material ||
                   (!result_.by_region && result_.settings.tolerance == 0);
     return tile;
   }

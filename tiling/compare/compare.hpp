@@ -68,8 +68,8 @@ struct Comparison {
 /// its nearest point or the tolerance.
 ///
 /// A tile of level L differs when its distance exceeds 2^L times the tolerance, as its spacing is
-/// 2^L times that of a leaf; when any material changed; or when only one bake has it. Without a
-/// tolerance it differs by any byte.
+/// 2^L times that of a leaf; when the material of more than 1 % of its area changed; or when only
+/// one bake has it. Without a tolerance it differs by any byte.
 ///
 /// About a dozen tiles of each bake are in memory at a time.
 /// Errors: bad_input, not_found, io, naming the file: no bake, one that is not finished, frames

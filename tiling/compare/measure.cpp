@@ -40,7 +40,9 @@ Vec3 normal_near(const Vec3& p, const Sheet& sheet, std::uint32_t triangle) {
 class Measurement {
  public:
   Measurement(const Sheet& sheet, const Surfaces& own, Around& other, const Question& question)
-      : sheet_(sheet), own_(own), other_(other), question_(question) {}
+      : sheet_(sheet), other_(other), question_(question) {
+    for (const auto& name : own.manifest().materials) ids_.push_back(other.id_of(name));
+  }
 
   Findings run() {
     look_at_points();
@@ -55,8 +57,15 @@ class Measurement {
     return p.x >= low.x && p.x < high.x && p.y >= low.y && p.y < high.y;
   }
 
-  const std::string& material_of(std::uint32_t point) const {
-    return own_.material(sheet_.materials[point]);
+  /// The material of a point as the other bake numbers it; -1 where that has none of the name.
+  int material_of(std::uint32_t point) const { return ids_[sheet_.materials[point]]; }
+
+  /// With distances that are rounding and nothing else made 0.
+  Around::Nearest nearest(const Vec3& p) {
+    auto near = other_.nearest(p);
+    const double least = 1e-9 * question_.spacing;
+    if (near.distance2 < least * least) near.distance2 = 0;
+    return near;
   }
 
   void look_at_points() {
@@ -67,7 +76,7 @@ class Measurement {
       if (!inside(points[i])) continue;
       distances_[i] = Box::infinity;
       if (other_.empty()) continue;
-      const auto near = other_.nearest(points[i]);
+      const auto near = nearest(points[i]);
       distances_[i] = std::sqrt(near.distance2);
       found_.largest2 = std::max(found_.largest2, near.distance2);
       if (!question_.attributes) continue;
@@ -95,7 +104,7 @@ class Measurement {
       if (!inside(p)) return;
       ++counted;
       if (other_.empty()) return;
-      const auto near = other_.nearest(p);
+      const auto near = nearest(p);
       found_.largest2 = std::max(found_.largest2, near.distance2);
       sum += std::sqrt(near.distance2);
       if (question_.attributes && has_changed(p, near, material_of(corners[0]))) ++changed;
@@ -106,8 +115,9 @@ class Measurement {
     found_.changed_area += share * changed;
   }
 
-  bool has_changed(const Vec3& p, const Around::Nearest& near, const std::string& material) {
-    if (other_.material(near) == material) return false;
+  bool has_changed(const Vec3& p, const Around::Nearest& near, int material) {
+    if (material < 0) return true;
+    if (near.sheet->material(near.triangle) == material) return false;
     // A little farther than the nearest point, where triangles of two materials meet.
     const double reach =
         std::max(std::sqrt(near.distance2), question_.tolerance) + question_.spacing / 64;
@@ -115,11 +125,11 @@ class Measurement {
   }
 
   const Sheet& sheet_;
-  const Surfaces& own_;
   Around& other_;
   const Question& question_;
   std::vector<double> distances_;  // of the points
   std::vector<bool> changed_;      // their materials
+  std::vector<int> ids_;           // of the other bake, by own material
   Findings found_;
 };
 
@@ -151,18 +161,20 @@ Around::Nearest Around::nearest(const Vec3& p) {
   return best;
 }
 
-const std::string& Around::material(const Nearest& at) const {
-  return bake_.material(at.sheet->materials[at.sheet->patch.triangles[at.triangle][0]]);
+int Around::id_of(const std::string& name) const {
+  const auto& names = bake_.manifest().materials;
+  const auto at = std::ranges::find(names, name);
+  return at == names.end() ? -1 : static_cast<int>(at - names.begin());
 }
 
-bool Around::has_material(const Vec3& p, double reach, const std::string& name) {
+bool Around::has_material(const Vec3& p, double reach, int id) {
   for (auto& part : parts_) {
     if (distance2(p, part.bounds) > reach * reach) continue;
     const Sheet& sheet = open(part);
+    if (!sheet.present.contains(id)) continue;
     bool found = false;
-    sheet.buckets.for_each_near(p, reach, [&](std::uint32_t t) {
-      found = found || bake_.material(sheet.materials[sheet.patch.triangles[t][0]]) == name;
-    });
+    sheet.buckets.for_each_near(p, reach,
+                                [&](std::uint32_t t) { found = found || sheet.material(t) == id; });
     if (found) return true;
   }
   return false;

@@ -23,9 +23,10 @@ class Around {
   };
   /// There must be tiles.
   Nearest nearest(const Vec3& p);
+  /// The id of a material in this bake; -1 where it has none of that name.
+  int id_of(const std::string& name) const;
   /// Some triangle of the material lies within `reach` of `p`.
-  bool has_material(const Vec3& p, double reach, const std::string& name);
-  const std::string& material(const Nearest& at) const;
+  bool has_material(const Vec3& p, double reach, int id);
 
  private:
   struct Part {

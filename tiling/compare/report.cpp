@@ -196,7 +196,8 @@ std::vector<std::string> summary(const Comparison& comparison) {
   std::string line = fmt::format("{} of {} {} differ", differ, comparison.compared, what);
   if (comparison.settings.tolerance > 0) {
     line += fmt::format(" by more than {} m", comparison.settings.tolerance);
-    if (!comparison.by_region) line += " (2^L times that at level L) or in material";
+    if (!comparison.by_region)
+      line += " (2^L times that at level L) or the material of 1 % of their area";
   }
   line += fmt::format(", {} added, {} gone", comparison.count(Change::added),
                       comparison.count(Change::gone));

@@ -127,11 +127,10 @@ std::shared_ptr<const Sheet> Surfaces::load(const tileset::Record& record) const
   tileset::add(patch, tile, -shift_);
   const double side = 3 * manifest_.lattice.spacing(record.key.level);
   lod::Buckets buckets(patch.points, patch.triangles, side);
+  std::set<int> present(tile.surface.materials.begin(), tile.surface.materials.end());
   return std::make_shared<const Sheet>(Sheet{std::move(patch), std::move(tile.surface.normals),
-                                             std::move(tile.surface.materials),
+                                             std::move(tile.surface.materials), std::move(present),
                                              std::move(buckets)});
 }
-
-const std::string& Surfaces::material(std::uint16_t id) const { return manifest_.materials.at(id); }
 
 }  // namespace hoodoo::compare

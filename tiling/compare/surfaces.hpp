@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,10 @@ struct Sheet {
   tileset::Patch patch;  // scene frame of the first bake
   std::vector<Vec3f> normals;
   std::vector<std::uint16_t> materials;  // per point, alike within a triangle
+  std::set<int> present;                 // of them
   lod::Buckets buckets;
+
+  int material(std::uint32_t triangle) const { return materials[patch.triangles[triangle][0]]; }
 };
 
 /// The tiles of one finished bake, read as they are asked for; the last dozen are held.
@@ -45,7 +49,6 @@ class Surfaces {
 
   /// Errors: not_found, io, bad_input, when the tile is damaged.
   std::shared_ptr<const Sheet> sheet(const plan::Key& key);
-  const std::string& material(std::uint16_t id) const;
   std::uint64_t read() const { return read_; }
 
  private:
