@@ -13,6 +13,7 @@ set(HOODOO_STAGES
   tiling/glb
   tiling/store
   tiling/tileset
+  tiling/compare
   tiling/bake
   server/job
   server/http)

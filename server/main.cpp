@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
   add_check(app, &exit);
   add_serve(app, &exit);
   add_verify(app, &exit);
+  add_diff(app, &exit);
   add_info(app, &exit);
   add_probe(app, &exit);
   add_schema(app, &exit);

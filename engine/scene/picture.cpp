@@ -1,5 +1,6 @@
 #include "engine/scene/picture.hpp"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -7,8 +8,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
 #include "engine/base/error.hpp"
+#include "engine/base/file.hpp"
 #include "engine/scene/voxel_files.hpp"
 #include "engine/tree/evaluate.hpp"
 #include "engine/tree/parse.hpp"
@@ -185,15 +188,25 @@ tree::Node read_tree(const nlohmann::json& json, Family family,
   return std::move(*node);
 }
 
-void write_png(const Picture& picture, const std::filesystem::path& file) {
-  const auto fail = [&](const std::string& why) { throw Error(Fault::io, file.string(), why); };
+std::vector<unsigned char> png(const Picture& picture) {
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
   const auto output = OIIO::ImageOutput::create("png");
-  if (!output) fail("cannot be written: OpenImageIO has no PNG");
+  const auto fail = [&](const std::string& why) {
+    throw Error(Fault::internal, "", "a PNG cannot be made: " + why);
+  };
+  if (!output) fail("OpenImageIO has none");
   const OIIO::ImageSpec spec(picture.size, picture.size, 3, OIIO::TypeDesc::UINT8);
-  if (!output->open(file.string(), spec) ||
+  if (!output->set_ioproxy(&memory) || !output->open("picture.png", spec) ||
       !output->write_image(OIIO::TypeDesc::UINT8, picture.rgb.data()) || !output->close()) {
-    fail("cannot be written: " + output->geterror());
+    fail(output->geterror());
   }
+  return bytes;
+}
+
+void write_png(const Picture& picture, const std::filesystem::path& file) {
+  const auto bytes = png(picture);
+  write_file(file, std::as_bytes(std::span(bytes)));
 }
 
 }  // namespace hoodoo::scene

@@ -25,6 +25,9 @@ Picture draw(const tree::Node& tree, tree::Family family, int size);
 tree::Node read_tree(const nlohmann::json& json, tree::Family family,
                      const std::filesystem::path& folder = {});
 
+/// The bytes of a PNG.
+std::vector<unsigned char> png(const Picture& picture);
+
 /// Writes a PNG. Errors: io.
 void write_png(const Picture& picture, const std::filesystem::path& file);
 

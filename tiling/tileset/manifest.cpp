@@ -79,6 +79,24 @@ std::string manifest_text(const Bake& bake, const std::map<plan::Key, double>& e
   return text + "\n ]\n}\n";
 }
 
+namespace {
+
+dem::Frame frame_of(const json& object, const std::string& where) {
+  dem::Frame frame;
+  frame.crs = text_of(object, "crs", where);
+  frame.unit = number_of(object, "unit", where);
+  const json origin = object.value("origin", json());
+  if (!origin.is_array() || origin.size() != 2 || !origin[0].is_number() ||
+      !origin[1].is_number()) {
+    throw Error(Fault::bad_input, where, "must have two numbers as \"origin\"");
+  }
+  frame.origin_x = origin[0].get<double>();
+  frame.origin_y = origin[1].get<double>();
+  return frame;
+}
+
+}  // namespace
+
 Manifest read_manifest(const std::filesystem::path& folder) {
   const auto file = folder / "bake.json";
   const std::string where = file.string();
@@ -105,6 +123,10 @@ Manifest read_manifest(const std::filesystem::path& folder) {
     throw refuse("has a lattice that cannot be");
   }
   manifest.lattice.tile_cells = static_cast<int>(cells);
+  manifest.frame = frame_of(document.value("frame", json()), where);
+  for (const auto& material : document.value("materials", json::array())) {
+    manifest.materials.push_back(text_of(material, "name", where));
+  }
   if (!document.contains("tiles") || !document.at("tiles").is_array()) {
     throw refuse("must have a list of tiles");
   }

@@ -12,8 +12,10 @@ namespace hoodoo::tileset {
 /// bake.json as it is read back.
 struct Manifest {
   bool complete = false;
+  dem::Frame frame;
   plan::Lattice lattice;
   int levels = 1;
+  std::vector<std::string> materials;  // names, by the ids of the tiles
   std::vector<Record> records;         // by key
   std::map<plan::Key, double> errors;  // of tiles that are not empty
 };

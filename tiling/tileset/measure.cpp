@@ -9,29 +9,11 @@
 #include "tiling/lod/deviation.hpp"
 #include "tiling/store/store.hpp"
 #include "tiling/tileset/manifest.hpp"
+#include "tiling/tileset/patch.hpp"
 #include "tiling/tileset/tree.hpp"
 
 namespace hoodoo::tileset {
 namespace {
-
-/// Surfaces of one or more tiles [m], relative to one corner.
-struct Patch {
-  std::vector<Vec3> points;
-  std::vector<lod::Triangle> triangles;
-};
-
-void add(Patch& patch, const glb::Decoded& tile, const Vec3& corner) {
-  const auto first = static_cast<std::uint32_t>(patch.points.size());
-  for (const auto& p : tile.surface.points) {
-    const auto at = [&](std::size_t a) {
-      return static_cast<double>(tile.origin[a] + p[a]) * tile.step;
-    };
-    patch.points.push_back(Vec3{at(0), at(1), at(2)} - corner);
-  }
-  for (const auto& [a, b, c] : tile.surface.triangles) {
-    patch.triangles.push_back({first + a, first + b, first + c});
-  }
-}
 
 /// Largest distance of samples of `from`, at most `spacing` apart, from `to`.
 double farthest(const Patch& from, const Patch& to, double spacing) {

@@ -1,6 +1,7 @@
 #include "engine/scene/picture.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <nlohmann/json.hpp>
@@ -8,6 +9,7 @@
 #include <set>
 
 #include "engine/base/error.hpp"
+#include "engine/base/file.hpp"
 
 using namespace hoodoo;
 using nlohmann::json;
@@ -65,6 +67,18 @@ TEST(Draw, ShowsLayersOnTwoSidesOfACubeAndOneOnTop) {
 
 TEST(Draw, LeavesThePaperEmptyWhereNothingIs) {
   EXPECT_EQ(covered(drawn({{"type", "blend"}, {"children", json::array()}})), 0);
+}
+
+TEST(Png, IsTheSameInMemoryAndInAFile) {
+  const auto picture = drawn({{"type", "blend"}, {"children", json::array()}});
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("hoodoo-png-test-" + std::to_string(::getpid()) + ".png");
+  scene::write_png(picture, file);
+  const auto there = read_file(file, 1U << 24);
+  std::filesystem::remove(file);
+  const auto bytes = scene::png(picture);
+  EXPECT_EQ(there, std::string(bytes.begin(), bytes.end()));
+  EXPECT_EQ(there.substr(0, 8), "\x89PNG\r\n\x1a\n");
 }
 
 TEST(ReadTree, RefusesWhatNeedsAGround) {
