@@ -8,6 +8,7 @@ import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { digests, example, hoodoo, makeFolder, removeFolder, seededRandom, withFolder } from './hoodoo.mjs';
+import { Server } from './server.mjs';
 
 const seed = Number(process.env.HOODOO_SEED ?? Math.floor(Math.random() * 2 ** 31));
 const nobody = 65534;   // a user without rights
@@ -245,6 +246,23 @@ test('Shards that write to one cache at once leave it whole', () => withFolder(a
   assert.equal(report.cached, report.tiles);
   for (const name of ['1', '2', '3', 'last']) assert.deepEqual(await digests(join(folder, name)), expected);
   assert.ok(Object.keys(await digests(cache)).every((name) => name.endsWith('.tile')), 'no leftovers');
+}));
+
+test('Jobs of a server and bakes share a cache', () => withFolder(async (folder) => {
+  const cache = join(folder, 'cache'), data = join(folder, 'data');
+  const first = await bake(scene, join(folder, 'first'), ['--cache', cache, '--shard', '1/2']);
+  const server = await Server.start({ data, roots: [work], args: ['--cache', cache] });
+  try {
+    const id = await server.submit(original);
+    const job = (await server.follow(id)).at(-1);
+    assert.equal(job.status, 'successful', JSON.stringify(job));
+    assert.equal(job.tiles.cached, first.tiles);
+    assert.deepEqual(await digests(join(data, 'jobs', id, 'out')), expected);
+  } finally {
+    await server.stop();
+  }
+  const last = await bake(scene, join(folder, 'last'), ['--cache', cache]);
+  assert.equal(last.cached, last.tiles, 'what the job baked is there, too');
 }));
 
 test('The summary tells of tiles from the cache', () => withFolder(async (folder) => {
