@@ -35,7 +35,7 @@ struct Resources {
 };
 
 struct BakeOptions {
-  std::string scene, folder, only, progress = "auto";
+  std::string scene, folder, only, shard, cache, progress = "auto";
   Resources resources;
   bool force = false;
 };
@@ -52,6 +52,7 @@ void report(const bake::Report& report, const std::string& folder, bool as_json)
     const nlohmann::json json = {{"tiles", p.done},
                                  {"planned", p.total},
                                  {"reused", p.reused},
+                                 {"cached", p.cached},
                                  {"triangles", p.triangles},
                                  {"bytes", p.bytes},
                                  {"complete", report.complete},
@@ -60,8 +61,10 @@ void report(const bake::Report& report, const std::string& folder, bool as_json)
     return;
   }
   for (const auto& warning : report.warnings) fmt::print(stderr, "hoodoo: warning: {}\n", warning);
-  fmt::print("{}: {} of {} tiles ({} found finished), {} triangles, {} bytes{}\n", folder, p.done,
-             p.total, p.reused, p.triangles, p.bytes, report.complete ? "" : "; not complete yet");
+  const auto cached = p.cached > 0 ? fmt::format(", {} from the cache", p.cached) : "";
+  fmt::print("{}: {} of {} tiles ({} found finished{}), {} triangles, {} bytes{}\n", folder, p.done,
+             p.total, p.reused, cached, p.triangles, p.bytes,
+             report.complete ? "" : "; not complete yet");
 }
 
 int run_bake(const BakeOptions& options, bool as_json) {
@@ -79,6 +82,15 @@ int run_bake(const BakeOptions& options, bool as_json) {
       throw Error(Fault::bad_input, "--only", "must be L/X/Y, got \"" + options.only + "\"");
     }
   }
+  if (!options.shard.empty()) {
+    settings.shard = plan::Shard::parse(options.shard);
+    if (!settings.shard) {
+      throw Error(Fault::bad_input, "--shard",
+                  fmt::format("must be i/N with i from 1 to N and N at most {}, got \"{}\"",
+                              plan::Shard::most, options.shard));
+    }
+  }
+  settings.cache = options.cache;
   const fs::path file = options.scene;
   const auto scene = scene::read(file);
   const auto result = bake::run(scene, {file.parent_path().empty() ? "." : file.parent_path(), {}},
@@ -95,7 +107,14 @@ void add_bake(CLI::App& app, int* exit) {
   command->add_option("scene", options->scene, "The scene file")->required();
   command->add_option("-o,--output", options->folder, "Folder of the tileset")->required();
   options->resources.add_to(*command);
-  command->add_option("--only", options->only, "Bake this tile alone, L/X/Y");
+  auto* only = command->add_option("--only", options->only, "Bake this tile alone, L/X/Y");
+  command
+      ->add_option("--shard", options->shard,
+                   "Bake part i of N alone, i/N with i from 1; into the same folder or one of its "
+                   "own, for merge")
+      ->excludes(only);
+  command->add_option("--cache", options->cache,
+                      "Folder of finished tiles to share between bakes and machines");
   command->add_flag("--force", options->force, "Bake tiles again that are finished");
   command->add_option("--progress", options->progress, "auto, bar, lines or off")
       ->check(CLI::IsMember({"auto", "bar", "lines", "off"}))
@@ -105,7 +124,7 @@ void add_bake(CLI::App& app, int* exit) {
 
 void add_serve(CLI::App& app, int* exit) {
   struct Options {
-    std::string listen = "127.0.0.1:8080", data = "hoodoo-data", viewer, public_url;
+    std::string listen = "127.0.0.1:8080", data = "hoodoo-data", cache, viewer, public_url;
     std::vector<std::string> roots;
     Resources resources;
   };
@@ -114,6 +133,8 @@ void add_serve(CLI::App& app, int* exit) {
   command->add_option("--listen", options->listen, "HOST:PORT; port 0 takes a free one")
       ->capture_default_str();
   command->add_option("--data", options->data, "Folder of jobs and results")->capture_default_str();
+  command->add_option("--cache", options->cache,
+                      "Folder of finished tiles to share between bakes and machines");
   command->add_option("--root", options->roots, "Folder below which a scene may find its DEMs");
   command->add_option("--viewer", options->viewer, "Folder of the viewer's files");
   command->add_option("--public-url", options->public_url, "What clients reach this server as");
@@ -138,6 +159,7 @@ void add_serve(CLI::App& app, int* exit) {
     for (const auto& root : options->roots) settings.roots.emplace_back(root);
     settings.threads = options->resources.threads;
     settings.memory = options->resources.memory_mib << 20;
+    settings.cache = options->cache;
     settings.viewer = options->viewer;
     settings.public_url = options->public_url;
     settings.stop = signals.token();

@@ -8,6 +8,7 @@ namespace hoodoo {
 
 /// Each adds its subcommand to `app`; when it is chosen, `*exit` becomes the exit code.
 void add_bake(CLI::App& app, int* exit);
+void add_merge(CLI::App& app, int* exit);
 void add_check(CLI::App& app, int* exit);
 void add_verify(CLI::App& app, int* exit);
 void add_diff(CLI::App& app, int* exit);

@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
   app.fallthrough();
   int exit = 0;
   add_bake(app, &exit);
+  add_merge(app, &exit);
   add_check(app, &exit);
   add_serve(app, &exit);
   add_verify(app, &exit);

@@ -41,7 +41,7 @@ std::string ProgressLine::text(const bake::Progress& p) const {
   if (p.phase != Phase::tiles) return "measuring errors, writing the index";
   const double part = p.total == 0 ? 1 : static_cast<double>(p.done) / static_cast<double>(p.total);
   auto line = fmt::format("tiles {} {}/{}", bar(part), p.done, p.total);
-  const auto baked = p.done - p.reused;
+  const auto baked = p.done - p.reused - p.cached;
   const double elapsed = std::chrono::duration<double>(Clock::now() - tiles_started_).count();
   if (baked > 0 && elapsed > 0.2) {
     const double rate = static_cast<double>(baked) / elapsed;
@@ -49,6 +49,7 @@ std::string ProgressLine::text(const bake::Progress& p) const {
     line += ", " + duration(static_cast<double>(p.total - p.done) / rate) + " left";
   }
   if (p.reused > 0) line += fmt::format(", {} found finished", p.reused);
+  if (p.cached > 0) line += fmt::format(", {} from the cache", p.cached);
   return line;
 }
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <random>
 #include <system_error>
 
 #include "engine/base/error.hpp"
@@ -15,6 +16,13 @@ namespace hoodoo {
 namespace {
 
 constexpr std::string_view leftover_suffix = ".part";
+
+/// What sets this process apart from those of other machines that share a file system.
+const std::string& process_name() {
+  static const std::string name =
+      std::to_string(::getpid()) + "-" + std::to_string(std::random_device()());
+  return name;
+}
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view doing, int error) {
   throw Error(error == ENOENT ? Fault::not_found : Fault::io, path.string(),
@@ -60,7 +68,7 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
   if (error) fail(path.parent_path(), "cannot be made", error.value());
   auto part = path;
-  part += "." + std::to_string(::getpid()) + "-" + std::to_string(++serial);
+  part += "." + process_name() + "-" + std::to_string(++serial);
   part += leftover_suffix;
   const auto give_up = [&](std::string_view doing) {
     const int why = errno;

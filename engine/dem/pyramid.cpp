@@ -1,21 +1,16 @@
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <list>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <system_error>
-#include <thread>
 #include <unordered_map>
 #include <utility>
 
 #include "engine/base/error.hpp"
+#include "engine/base/lock.hpp"
 #include "engine/dem/chunks.hpp"
 #include "engine/dem/dem.hpp"
 #include "engine/dem/ingest.hpp"
@@ -184,35 +179,6 @@ class StoredPyramid : public Pyramid {
   mutable std::unordered_map<std::uint64_t, std::list<Kept>::iterator> where_;
 };
 
-/// Held by the one, of all threads and processes, that makes a certain pyramid. The system lets go
-/// of it when the process dies.
-class Lock {
- public:
-  Lock(const std::filesystem::path& path, const std::stop_token& stop)
-      : fd_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
-    const auto fail = [&] {
-      const auto why = std::generic_category().message(errno);
-      if (fd_ >= 0) ::close(fd_);
-      throw Error(Fault::io, path.string(), "cannot be locked: " + why);
-    };
-    if (fd_ < 0) fail();
-    while (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-      if (errno != EWOULDBLOCK && errno != EINTR) fail();
-      if (stop.stop_requested()) {
-        ::close(fd_);
-        throw Error(Fault::cancelled, path.string(), "waiting for another ingest was cancelled");
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-  }
-  ~Lock() { ::close(fd_); }
-  Lock(const Lock&) = delete;
-  Lock& operator=(const Lock&) = delete;
-
- private:
-  int fd_;
-};
-
 /// A folder that vanishes with what is in it unless it is moved into its place.
 class Unfinished {
  public:
@@ -277,7 +243,8 @@ std::shared_ptr<const Pyramid> Pyramid::ingest(const std::filesystem::path& rast
     if (failure) {
       throw Error(Fault::io, folder.string(), "cannot be made: " + failure.message());
     }
-    const Lock lock(place.string() + ".lock", settings.stop);
+    // One, of all threads and processes, makes a certain pyramid.
+    const FileLock lock(place.string() + ".lock", FileLock::Kind::exclusive, settings.stop);
     if (!there()) {  // still: another may have made it while this one waited
       Unfinished unfinished(place.string() + ".part");
       make_pyramid(made, digest, unfinished.folder(), settings);

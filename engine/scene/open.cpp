@@ -183,6 +183,7 @@ Scene open(const nlohmann::json& stated, const Sources& sources, const OpenSetti
   for (const auto& terrain : document.terrains) {
     scene.ground.bodies.push_back(terrain.settings.body(scene.spacing));
   }
+  if (settings.checked) settings.checked();
   ingest(document, settings, scene);
   scene.extent = plan_extent(document, scene);
   check_size(scene.extent.max.x - scene.extent.min.x, scene.extent.max.y - scene.extent.min.y,

@@ -77,6 +77,7 @@ std::vector<std::string> hidden_of(const Settings& settings) {
   std::vector<std::string> hidden;
   auto folders = settings.roots;
   folders.push_back(settings.data);
+  folders.push_back(settings.cache);
   for (const auto& folder : folders) {
     std::error_code error;
     for (const auto& name : {fs::canonical(folder, error), folder}) {
@@ -95,6 +96,7 @@ void serve(const Settings& given) {
   Listener listener(settings.host, settings.port);
   job::Settings queue_settings;
   queue_settings.data = settings.data;
+  queue_settings.cache = settings.cache;
   queue_settings.roots = settings.roots;
   queue_settings.threads = settings.threads;
   queue_settings.memory = settings.memory;

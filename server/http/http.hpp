@@ -13,6 +13,7 @@ struct Settings {
   std::string host = "127.0.0.1";                // an IPv6 address may stand in brackets
   int port = 8080;                               // 0: any that is free
   std::filesystem::path data;                    // jobs and their tilesets
+  std::filesystem::path cache;                   // finished tiles shared with others; empty: none
   std::vector<std::filesystem::path> roots;      // where a job's scene may find elevations
   int threads = 1;                               // of a bake
   std::size_t memory = std::size_t{1024} << 20;  // [bytes] of a bake

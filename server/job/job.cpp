@@ -234,6 +234,7 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
     bake::Settings settings;
     settings.threads = settings_.threads;
     settings.memory = settings_.memory;
+    settings.cache = settings_.cache;
     settings.stop = entry.stop.get_token();
     settings.live_index = std::chrono::milliseconds(500);
     settings.progress = [&](const bake::Progress& progress) {

@@ -50,6 +50,7 @@ struct Engine {
 
 struct Settings {
   std::filesystem::path data;                // state; made when absent
+  std::filesystem::path cache;               // finished tiles shared with others; empty: none
   std::vector<std::filesystem::path> roots;  // where a scene may find files
   int threads = 1;
   std::size_t memory = std::size_t{1024} << 20;  // [bytes] of one bake

@@ -45,17 +45,16 @@ Time time_from(const json& value) {
 }
 
 json to_json(const bake::Progress& progress) {
-  return {{"done", progress.done},
-          {"total", progress.total},
-          {"reused", progress.reused},
-          {"triangles", progress.triangles},
-          {"bytes", progress.bytes}};
+  return {{"done", progress.done},           {"total", progress.total},
+          {"reused", progress.reused},       {"cached", progress.cached},
+          {"triangles", progress.triangles}, {"bytes", progress.bytes}};
 }
 bake::Progress progress_from(const json& value, Status status) {
   bake::Progress progress;
   value.at("done").get_to(progress.done);
   value.at("total").get_to(progress.total);
   value.at("reused").get_to(progress.reused);
+  progress.cached = value.value("cached", std::uint64_t{0});
   value.at("triangles").get_to(progress.triangles);
   value.at("bytes").get_to(progress.bytes);
   if (status == Status::successful) {

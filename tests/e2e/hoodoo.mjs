@@ -19,7 +19,7 @@ export function examples() {
 }
 
 /**
- * Runs `hoodoo ...args`. Options: cwd, env (added), kill: {after [ms], signal}, limit [ms] after which it is
+ * Runs `hoodoo ...args`. Options: cwd, env (added), uid (of the user to run as), kill: {after [ms], signal}, limit [ms] after which it is
  * killed, onStart(child). Gives {code, signal, stdout, stderr, seconds, processor, busy, peak [MiB], overtime}:
  * by the clock, of processors, and the less of the two, which tells most on a machine with other things to do.
  */
@@ -27,10 +27,10 @@ export function hoodoo(args, options = {}) {
   return run(command, args, options);
 }
 
-export function run(program, args, { cwd, env = {}, kill, limit, onStart } = {}) {
+export function run(program, args, { cwd, env = {}, uid, kill, limit, onStart } = {}) {
   return new Promise((resolve_, reject) => {
     const start = performance.now();
-    const child = spawn(program, args, { cwd, env: { ...process.env, ...env }, stdio: ['ignore', 'pipe', 'pipe'] });
+    const child = spawn(program, args, { cwd, uid, env: { ...process.env, ...env }, stdio: ['ignore', 'pipe', 'pipe'] });
     const result = { stdout: '', stderr: '', peak: 0, overtime: false };
     for (const name of ['stdout', 'stderr']) {
       child[name].setEncoding('utf8').on('data', (text) => { result[name] += text; });

@@ -5,14 +5,17 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <optional>
 
 #include "engine/base/error.hpp"
+#include "tiling/bake/folder.hpp"
 #include "tiling/bake/tile.hpp"
 #include "tiling/slice/slice.hpp"
-#include "tiling/store/store.hpp"
+#include "tiling/store/cache.hpp"
 #include "tiling/tileset/tileset.hpp"
 
 namespace hoodoo::bake {
@@ -49,14 +52,16 @@ class Watch {
 
 /// A digest of all that the tiles of a scene depend on.
 Digest digest_of(const scene::Scene& scene) {
-  json all = {{"engine", slice::engine_version()},
-              {"frame", {scene.frame.crs, scene.frame.origin_x, scene.frame.origin_y}},
-              {"spacing", scene.spacing},
-              {"profile", scene.bake.profile},
-              {"simplify", {scene.bake.simplify, scene.bake.simplify_coarse}},
-              {"tile_cells", scene.bake.tile_cells},
-              {"ground", tree::to_json(scene.ground)},
-              {"pyramids", json::array()}};
+  json all = {
+      {"engine", slice::engine_version()},
+      {"frame", {scene.frame.crs, scene.frame.origin_x, scene.frame.origin_y}},
+      {"spacing", scene.spacing},
+      {"profile", scene.bake.profile},
+      {"simplify", {scene.bake.simplify, scene.bake.simplify_coarse}},
+      {"tile_cells", scene.bake.tile_cells},
+      {"world", {scene.extent.min.x, scene.extent.min.y, scene.extent.max.x, scene.extent.max.y}},
+      {"ground", tree::to_json(scene.ground)},
+      {"pyramids", json::array()}};
   for (const auto& pyramid : scene.pyramids) all["pyramids"].push_back(pyramid->digest().hex());
   return sha256(all.dump());
 }
@@ -65,11 +70,14 @@ Digest digest_of(const scene::Scene& scene) {
 class Run {
  public:
   Run(const fs::path& folder, const Settings& settings)
-      : folder_(folder), settings_(settings), watch_(settings) {}
+      : folder_(folder), settings_(settings), watch_(settings) {
+    if (!settings.cache.empty()) cache_ = std::make_unique<store::Cache>(settings.cache);
+  }
 
   void open(const json& scene, const scene::Sources& sources) {
     scene::OpenSettings open;
-    open.cache = folder_ / ".hoodoo" / "elevations";
+    open.checked = [this] { use_.emplace(folder_, settings_.stop); };
+    open.cache = folder_ / elevations_path();
     open.ingest.memory = settings_.memory / 4;
     open.ingest.threads = settings_.threads;
     open.ingest.stop = settings_.stop;
@@ -84,74 +92,108 @@ class Run {
     index_.engine = slice::engine_version();
     index_.scene_name = scene_.name;
     index_.scene = digest_of(scene_);
+    for (const auto& pyramid : scene_.pyramids) index_.elevations.push_back(pyramid->digest());
     index_.frame = scene_.frame;
     index_.lattice = plan.lattice;
     index_.levels = plan.levels;
     index_.planned = plan.tiles;
     index_.materials = scene_.ground.materials;
-    if (settings_.only &&
-        !std::binary_search(plan.tiles.begin(), plan.tiles.end(), *settings_.only)) {
-      throw Error(Fault::bad_input, "--only",
-                  settings_.only->text() + " is not a tile of this bake");
-    }
+    choose_part();
     watch_.change([&](Progress& p) {
       p.phase = Progress::Phase::tiles;
-      p.total = plan.tiles.size();
+      p.total = part_.size();
     });
   }
 
   /// Coarse levels first, so that a viewer can follow.
   void bake_tiles() {
-    auto order = index_.planned;
-    std::stable_sort(order.begin(), order.end(),
+    std::stable_sort(part_.begin(), part_.end(),
                      [](const auto& a, const auto& b) { return a.level > b.level; });
-    tbb::task_arena arena(settings_.threads);
-    arena.execute([&] {
-      tbb::parallel_for_each(order.begin(), order.end(),
-                             [this](const plan::Key& key) { bake_one(key); });
-    });
-    if (settings_.stop.stop_requested()) throw_cancelled();
-    std::sort(index_.records.begin(), index_.records.end(),
-              [](const auto& a, const auto& b) { return a.key < b.key; });
+    for_each(part_, [this](const plan::Key& key) { bake_one(key); });
   }
 
-  /// The index of what is finished; `sweep` removes what it does not name.
-  void index(bool sweep) {
-    const auto errors = tileset::measure_errors(index_, folder_, settings_.threads, settings_.stop);
-    auto files = tileset::write_index(index_, errors, folder_);
-    if (!sweep) return;
-    std::set<fs::path> keep(files.begin(), files.end());
-    for (const auto& record : index_.records) keep.insert(record_path(record.slice));
-    for (const auto& pyramid : scene_.pyramids) {
-      keep.insert(fs::path(".hoodoo") / "elevations" / pyramid->digest().hex());
-    }
-    store::sweep(folder_, keep);
+  /// The index of what is finished, by this run or others.
+  void index() {
+    watch_.change([](Progress& p) { p.phase = Progress::Phase::index; });
+    for_each(others_, [this](Other& other) {
+      other.slice = slice::cut(scene_, index_.lattice, other.key).hash();
+    });
+    use_->end(
+        index_, [this] { gather(); }, settings_.threads, settings_.stop);
   }
 
   Report report() {
-    watch_.change([](Progress& p) { p.phase = Progress::Phase::done; });
-    return {watch_.progress(), scene_.warnings, complete()};
-  }
-  bool complete() const { return index_.records.size() == index_.planned.size(); }
-  void announce_index() {
-    watch_.change([](Progress& p) { p.phase = Progress::Phase::index; });
+    watch_.change([this](Progress& p) {
+      const auto baked = p.done - p.reused - p.cached;
+      p.phase = Progress::Phase::done;
+      p.total = index_.planned.size();
+      p.done = index_.records.size();
+      p.reused = p.done - p.cached - baked;
+      p.triangles = p.bytes = 0;
+      for (const auto& record : index_.records) {
+        p.triangles += record.triangles;
+        p.bytes += record.bytes;
+      }
+    });
+    auto warnings = scene_.warnings;
+    if (cache_ && !cache_->warning().empty()) warnings.push_back(cache_->warning());
+    return {watch_.progress(), std::move(warnings), index_.complete()};
   }
 
  private:
+  /// A tile that this run leaves to others, and looks for at its end.
+  struct Other {
+    plan::Key key;
+    Digest slice;
+  };
+
+  void choose_part() {
+    part_ = index_.planned;
+    if (settings_.shard) part_ = plan::tiles_of(*settings_.shard, index_.planned);
+    if (settings_.only) {
+      if (!std::ranges::binary_search(index_.planned, *settings_.only)) {
+        throw Error(Fault::bad_input, "--only",
+                    settings_.only->text() + " is not a tile of this bake");
+      }
+      part_ = {*settings_.only};
+    }
+    std::ranges::sort(part_);
+    for (const auto& key : index_.planned) {
+      if (!std::ranges::binary_search(part_, key)) others_.push_back({key, {}});
+    }
+  }
+
+  template <class Items, class Step>
+  void for_each(Items& items, Step step) {
+    tbb::task_arena arena(settings_.threads);
+    arena.execute([&] {
+      tbb::parallel_for_each(items.begin(), items.end(), [&](auto& item) {
+        if (!settings_.stop.stop_requested()) step(item);
+      });
+    });
+    if (settings_.stop.stop_requested()) throw_cancelled();
+  }
+
+  enum class Source { folder, cache, baked };
+
   void bake_one(const plan::Key& key) {
-    if (settings_.stop.stop_requested()) return;
     const auto slice = slice::cut(scene_, index_.lattice, key);
     const auto hash = slice.hash();
-    const bool wanted = !settings_.only || *settings_.only == key;
-    auto record = settings_.force && wanted ? std::nullopt : find_finished(hash, folder_);
-    const bool reused = record.has_value();
+    auto source = Source::folder;
+    auto record = settings_.force ? std::nullopt : find_finished(hash, folder_);
+    if (!record && cache_ && !settings_.force) {
+      source = Source::cache;
+      record = take_cached(hash, *cache_, folder_);
+    }
     if (!record) {
-      if (!wanted) return;
+      source = Source::baked;
       record = bake_tile(slice, hash, scene_.pyramids, folder_);
+      if (cache_) add_to_cache(*record, folder_, *cache_);
     }
     watch_.change([&](Progress& p) {
       ++p.done;
-      p.reused += reused ? 1 : 0;
+      p.reused += source == Source::folder ? 1 : 0;
+      p.cached += source == Source::cache ? 1 : 0;
       p.triangles += record->triangles;
       p.bytes += record->bytes;
       index_.records.push_back(*record);
@@ -159,23 +201,34 @@ class Run {
     });
   }
 
-  /// Rewrites the index of the tiles so far. Their errors are estimates, which a complete index,
-  /// whose errors a later one may take over, never holds.
+  void gather() {
+    std::mutex mutex;
+    for_each(others_, [&](const Other& other) {
+      auto record = find_finished(other.slice, folder_);
+      if (!record) return;
+      const std::lock_guard lock(mutex);
+      index_.records.push_back(std::move(*record));
+    });
+    std::sort(index_.records.begin(), index_.records.end(),
+              [](const auto& a, const auto& b) { return a.key < b.key; });
+  }
+
+  /// Rewrites the index of the tiles so far.
   void show_live() {
     const auto now = std::chrono::steady_clock::now();
-    if (complete() || now - shown_ < *settings_.live_index) return;
+    if (index_.complete() || now - shown_ < *settings_.live_index) return;
     shown_ = now;
-    std::map<plan::Key, double> errors;
-    for (const auto& key : index_.planned) {
-      errors[key] = key.level == 0 ? 0 : index_.lattice.spacing(key.level);
-    }
-    tileset::write_index(index_, errors, folder_);
+    tileset::write_index(index_, tileset::estimate_errors(index_), folder_);
   }
 
   const fs::path& folder_;
   const Settings& settings_;
   Watch watch_;
+  std::optional<FolderInUse> use_;
+  std::unique_ptr<store::Cache> cache_;
   scene::Scene scene_;
+  std::vector<plan::Key> part_;  // this run's to bake
+  std::vector<Other> others_;
   tileset::Bake index_;  // its records grow under the watch's lock
   std::chrono::steady_clock::time_point shown_{};
 };
@@ -188,8 +241,7 @@ Report run(const json& scene, const scene::Sources& sources, const fs::path& fol
   run.open(scene, sources);  // elevations in the scene frame, every value resolved
   run.plan();                // tile keys
   run.bake_tiles();          // each: slice, field, volume, surface, lod, glb, store
-  run.announce_index();
-  run.index(run.complete());  // measured errors, tilesets, bake.json
+  run.index();               // measured errors, tilesets, bake.json
   return run.report();
 }
 

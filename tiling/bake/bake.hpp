@@ -18,16 +18,20 @@ namespace hoodoo::bake {
 struct Progress {
   enum class Phase { ingest, tiles, index, done } phase = Phase::ingest;
   double ingest = 0;                  // fraction
-  std::uint64_t done = 0, total = 0;  // tiles
+  std::uint64_t done = 0, total = 0;  // tiles: of this run; once it is done, of the whole bake
   std::uint64_t reused = 0;           // of `done`, those found finished
+  std::uint64_t cached = 0;           // of `done`, those taken from the cache
   std::uint64_t triangles = 0, bytes = 0;
 };
 
 struct Settings {
   int threads = 1;
   std::size_t memory = std::size_t{1024} << 20;  // [bytes]
-  std::optional<plan::Key> only;
-  bool force = false;  // bake tiles again that are finished
+  std::optional<plan::Key> only;                 // bake this tile alone,
+  std::optional<plan::Shard> shard;              // or this part of the plan alone
+  bool force = false;                            // bake tiles again that are finished
+  /// Finished tiles of any bakes, shared with others; empty: none. See store::Cache.
+  std::filesystem::path cache;
   std::stop_token stop;
   /// Called from any thread, not at the same time twice.
   std::function<void(const Progress&)> progress;
@@ -42,8 +46,11 @@ struct Report {
 };
 
 /// Bakes `scene` (JSON, with files as `sources` allows) into `folder`. What is finished there from
-/// an earlier run, killed or not, with the same slices is taken over. The bytes of every file
-/// depend on the scene, its elevations and the engine's release alone.
+/// an earlier run, killed or not, with the same slices is taken over; after an edit only tiles
+/// whose slices changed are baked, and files that no tile needs any more are removed once the index
+/// is swapped. Several runs, in any processes, may bake into one folder at once; each ends with an
+/// index of all that is finished then. The bytes of every file depend on the scene, its elevations
+/// and the engine's release alone.
 /// Errors: bad_input, not_found, limit, io, cancelled.
 Report run(const nlohmann::json& scene, const scene::Sources& sources,
            const std::filesystem::path& folder, const Settings& settings);

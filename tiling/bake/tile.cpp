@@ -4,6 +4,7 @@
 
 #include "engine/base/file.hpp"
 #include "engine/base/json.hpp"
+#include "tiling/bake/folder.hpp"
 #include "tiling/glb/glb.hpp"
 #include "tiling/lod/lod.hpp"
 #include "tiling/slice/land.hpp"
@@ -37,11 +38,6 @@ void count(tileset::Record& record, const glb::Content& content) {
 }
 
 }  // namespace
-
-fs::path record_path(const Digest& hash) {
-  const auto hex = hash.hex();
-  return fs::path(".hoodoo") / "tiles" / hex.substr(0, 2) / (hex + ".json");
-}
 
 tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
                           std::span<const std::shared_ptr<const dem::Pyramid>> pyramids,
@@ -90,6 +86,30 @@ std::optional<tileset::Record> find_finished(const Digest& hash, const fs::path&
   } catch (const Error&) {
     return std::nullopt;  // a damaged record is baked again
   }
+}
+
+std::optional<tileset::Record> take_cached(const Digest& hash, const store::Cache& cache,
+                                           const fs::path& folder) {
+  const auto entry = cache.get(hash);
+  if (!entry) return std::nullopt;
+  tileset::Record record;
+  try {
+    const std::string where = "an entry of the cache";
+    record = tileset::record_from_json(parse_json(entry->record, where), where);
+  } catch (const Error&) {
+    return std::nullopt;  // of a release with other records
+  }
+  if (record.slice != hash || record.bytes != entry->tile.size()) return std::nullopt;
+  if (!record.empty && record.content != sha256(entry->tile)) return std::nullopt;
+  if (!record.empty) store::put_tile(folder, entry->tile);
+  write_file(folder / record_path(hash), tileset::to_json(record).dump());
+  return record;
+}
+
+void add_to_cache(const tileset::Record& record, const fs::path& folder, store::Cache& cache) {
+  std::vector<std::byte> tile;
+  if (!record.empty) tile = store::get_tile(folder, record.content);
+  cache.put(record.slice, tileset::to_json(record).dump(), tile);
 }
 
 }  // namespace hoodoo::bake

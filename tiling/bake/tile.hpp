@@ -6,6 +6,7 @@
 
 #include "engine/dem/dem.hpp"
 #include "tiling/slice/slice.hpp"
+#include "tiling/store/cache.hpp"
 #include "tiling/tileset/tileset.hpp"
 
 namespace hoodoo::bake {
@@ -21,7 +22,11 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
 std::optional<tileset::Record> find_finished(const Digest& hash,
                                              const std::filesystem::path& folder);
 
-/// Where a slice's record stands, relative to the bake's folder.
-std::filesystem::path record_path(const Digest& hash);
+/// The same from a cache, whose tile is put into `folder`. Errors: io.
+std::optional<tileset::Record> take_cached(const Digest& hash, const store::Cache& cache,
+                                           const std::filesystem::path& folder);
+/// Puts a finished tile of `folder` into a cache.
+void add_to_cache(const tileset::Record& record, const std::filesystem::path& folder,
+                  store::Cache& cache);
 
 }  // namespace hoodoo::bake

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,5 +50,20 @@ struct Plan {
 /// Errors: limit, when the world has more tiles or levels than can be indexed, or elevations that
 /// rise by more cells within a tile than its vertices can be stored for.
 Plan make(const scene::Scene& scene);
+
+/// One of `count` parts of a plan, which processes or machines bake apart from each other.
+struct Shard {
+  std::int64_t index = 1;  // from 1 to count
+  std::int64_t count = 1;
+
+  static constexpr std::int64_t most = 1'000'000;            // parts
+  static std::optional<Shard> parse(std::string_view text);  // "i/N"
+  friend bool operator==(const Shard&, const Shard&) = default;
+};
+
+/// The tiles of one shard. All shards together are all tiles, each once; their numbers differ by at
+/// most one. A shard's tiles, of all levels, follow each other on the Z-order curve (Morton 1966),
+/// a tile before those below it, so that they lie together and share elevations.
+std::vector<Key> tiles_of(const Shard& shard, std::span<const Key> tiles);
 
 }  // namespace hoodoo::plan

@@ -15,8 +15,21 @@ namespace fs = std::filesystem;
 /// Far above any tile: Draco needs about 2.5 bytes a triangle.
 constexpr std::uintmax_t most_tile_bytes = std::uintmax_t{1} << 30;
 
-/// Where a bake keeps tiles and their records; all else below its folder is somebody else's.
-const std::array<fs::path, 2> swept_folders{"tiles", fs::path(".hoodoo") / "tiles"};
+/// Where a bake keeps tiles, their records and elevations; all else below its folder is somebody
+/// else's.
+const std::array<fs::path, 3> swept_folders{"tiles", fs::path(".hoodoo") / "tiles",
+                                            fs::path(".hoodoo") / "elevations"};
+
+bool starts_with(const fs::path& path, const fs::path& start) {
+  return std::mismatch(start.begin(), start.end(), path.begin(), path.end()).first == start.end();
+}
+
+/// `keep` has the file itself or a folder that it is in.
+bool is_kept(const fs::path& relative, const std::set<fs::path>& keep) {
+  fs::path part;
+  return std::any_of(relative.begin(), relative.end(),
+                     [&](const fs::path& name) { return keep.contains(part /= name); });
+}
 
 bool holds(const fs::path& file, std::span<const std::byte> bytes) {
   std::error_code error;
@@ -40,6 +53,28 @@ std::vector<fs::path> files_below(const fs::path& folder) {
   }
   if (error) fail(folder, error);
   return files;
+}
+
+/// Removes folders that hold nothing, or only such, below `folder`. True if all of it was.
+bool remove_empty(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> below;
+  bool empty = true;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    if (at->is_directory(error)) {
+      below.push_back(at->path());
+    } else {
+      empty = false;
+    }
+  }
+  for (const auto& child : below) {
+    if (remove_empty(child)) {
+      fs::remove(child, error);
+    } else {
+      empty = false;
+    }
+  }
+  return empty && !error;
 }
 
 }  // namespace
@@ -74,19 +109,12 @@ void sweep(const fs::path& folder, const std::set<fs::path>& keep) {
   };
   for (const auto& file : files_below(folder)) {
     const fs::path relative = file.lexically_relative(folder);
-    const auto below = [&](const fs::path& swept) {
-      return std::mismatch(swept.begin(), swept.end(), relative.begin(), relative.end()).first ==
-             swept.end();
-    };
-    const bool ours = std::any_of(swept_folders.begin(), swept_folders.end(), below);
-    if (is_leftover(file) || (ours && !keep.contains(relative))) remove(file);
+    const bool ours =
+        std::any_of(swept_folders.begin(), swept_folders.end(),
+                    [&](const fs::path& swept) { return starts_with(relative, swept); });
+    if (is_leftover(file) || (ours && !is_kept(relative, keep))) remove(file);
   }
-  for (const auto& swept : swept_folders) {
-    if (!fs::is_directory(folder / swept, error)) continue;
-    for (const auto& entry : fs::directory_iterator(folder / swept)) {
-      if (entry.is_directory() && fs::is_empty(entry.path())) remove(entry.path());
-    }
-  }
+  for (const auto& swept : swept_folders) remove_empty(folder / swept);
 }
 
 }  // namespace hoodoo::store

@@ -19,8 +19,9 @@ Digest put_tile(const std::filesystem::path& folder, std::span<const std::byte> 
 /// Errors: not_found, io, and bad_input when the bytes do not have that digest.
 std::vector<std::byte> get_tile(const std::filesystem::path& folder, const Digest& content);
 
-/// Removes temporaries of killed runs and, below `folder`/tiles and `folder`/.hoodoo/tiles, every
-/// file not in `keep`.
+/// Removes temporaries of killed runs and, below tiles, .hoodoo/tiles and .hoodoo/elevations of
+/// `folder`, every file that is not in `keep`, itself or by a folder it is in. Nobody else may
+/// be writing to `folder`.
 void sweep(const std::filesystem::path& folder, const std::set<std::filesystem::path>& keep);
 
 }  // namespace hoodoo::store

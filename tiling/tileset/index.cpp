@@ -152,7 +152,7 @@ std::vector<fs::path> write_index(const Bake& bake, const std::map<plan::Key, do
   auto files = writer.files();
   write_file(folder / "bake.json", manifest_text(bake, errors));
   write_file(folder / "tileset.json", text);
-  remove_stale(folder, files, bake.records.size() == bake.planned.size());
+  remove_stale(folder, files, bake.complete());
   files.emplace_back("bake.json");
   files.emplace_back("tileset.json");
   for (const auto& record : bake.records) {

@@ -22,11 +22,14 @@ json header(const Bake& bake) {
                          {"resistance", {material.low, material.high}},
                          {"friction", material.friction}});
   }
+  json elevations = json::array();
+  for (const auto& digest : bake.elevations) elevations.push_back(digest.hex());
   return {{"hoodoo", 1},
           {"engine", bake.engine},
           {"name", bake.scene_name},
           {"scene", bake.scene.hex()},
-          {"complete", bake.records.size() == bake.planned.size()},
+          {"elevations", std::move(elevations)},
+          {"complete", bake.complete()},
           {"planned", bake.planned.size()},
           {"frame",
            {{"crs", bake.frame.crs},
@@ -38,6 +41,15 @@ json header(const Bake& bake) {
             {"tile_cells", bake.lattice.tile_cells}}},
           {"levels", bake.levels},
           {"materials", materials}};
+}
+
+/// Keys of the tiles that are planned but not finished.
+json missing(const Bake& bake) {
+  std::set<plan::Key> keys(bake.planned.begin(), bake.planned.end());
+  for (const auto& record : bake.records) keys.erase(record.key);
+  json list = json::array();
+  for (const auto& key : keys) list.push_back(key.text());
+  return list;
 }
 
 /// Keys of the tiles with a surface beside `key`, in one fixed order.
@@ -63,6 +75,7 @@ std::string manifest_text(const Bake& bake, const std::map<plan::Key, double>& e
   }
   std::string text = header(bake).dump(1);
   text.resize(text.size() - 2);  // the closing brace and its line
+  if (!bake.complete()) text += ",\n \"missing\": " + missing(bake).dump();
   text += ",\n \"tiles\": [";
   const char* before = "\n  ";
   for (const auto& record : records) {
@@ -97,11 +110,17 @@ dem::Frame frame_of(const json& object, const std::string& where) {
 
 }  // namespace
 
-Manifest read_manifest(const std::filesystem::path& folder) {
+json read_index(const std::filesystem::path& folder) {
   const auto file = folder / "bake.json";
-  const std::string where = file.string();
   const JsonLimits limits{.bytes = std::size_t{8} << 30, .depth = 16, .values = 400'000'000};
-  const json document = parse_json(read_file(file, limits.bytes), where, limits);
+  return parse_json(read_file(file, limits.bytes), file.string(), limits);
+}
+
+Manifest read_manifest(const std::filesystem::path& folder) {
+  return manifest_from(read_index(folder), (folder / "bake.json").string());
+}
+
+Manifest manifest_from(const json& document, const std::string& where) {
   const auto refuse = [&](const char* why) { return Error(Fault::bad_input, where, why); };
   if (!document.is_object() || !document.contains("hoodoo") || document.at("hoodoo") != 1) {
     throw refuse("is not the index of a bake");

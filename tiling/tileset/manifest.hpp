@@ -23,7 +23,12 @@ struct Manifest {
 /// Errors: not_found, io, limit, bad_input naming the file.
 Manifest read_manifest(const std::filesystem::path& folder);
 
-/// bake.json: a header, then one line per tile, so that two of them compare well.
+/// The document itself, and what a manifest is made from.
+nlohmann::json read_index(const std::filesystem::path& folder);
+Manifest manifest_from(const nlohmann::json& document, const std::string& where);
+
+/// bake.json: a header, the keys of the tiles that are missing if any are, then one line per
+/// finished tile, so that two of them compare well.
 std::string manifest_text(const Bake& bake, const std::map<plan::Key, double>& errors);
 
 /// Members of an object, checked. Errors: bad_input naming `where` and the key.

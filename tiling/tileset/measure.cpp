@@ -136,4 +136,12 @@ std::map<plan::Key, double> measure_errors(const Bake& bake, const std::filesyst
   return Measurement(bake, folder).run(threads, stop);
 }
 
+std::map<plan::Key, double> estimate_errors(const Bake& bake) {
+  std::map<plan::Key, double> errors;
+  for (const auto& key : bake.planned) {
+    errors[key] = key.level == 0 ? 0 : bake.lattice.spacing(key.level);
+  }
+  return errors;
+}
+
 }  // namespace hoodoo::tileset

@@ -39,13 +39,16 @@ Record record_from_json(const nlohmann::json& json, const std::string& where);
 struct Bake {
   std::string engine;  // release string
   std::string scene_name;
-  Digest scene;  // of the resolved scene
+  Digest scene;                    // of the resolved scene
+  std::vector<Digest> elevations;  // of the pyramids it looks at
   dem::Frame frame;
   plan::Lattice lattice;
   int levels = 1;
   std::vector<plan::Key> planned;
   std::vector<tree::Material> materials;
   std::vector<Record> records;  // finished tiles, any order
+
+  bool complete() const { return records.size() == planned.size(); }
 };
 
 /// Measures every tile's geometricError from the finished files, bottom-up: two-sided distance
@@ -55,12 +58,20 @@ struct Bake {
 std::map<plan::Key, double> measure_errors(const Bake& bake, const std::filesystem::path& folder,
                                            int threads, std::stop_token stop = {});
 
+/// What stands in for measured errors as long as tiles are missing. A complete index, whose errors
+/// a later one may take over, never holds them.
+std::map<plan::Key, double> estimate_errors(const Bake& bake);
+
 /// Writes the external tilesets, bake.json, and tileset.json last, and removes index files that
 /// are no longer referred to. Returns the relative paths of every file the index needs.
 /// An incomplete set of records gives an index of what there is, marked so in bake.json.
 std::vector<std::filesystem::path> write_index(const Bake& bake,
                                                const std::map<plan::Key, double>& errors,
                                                const std::filesystem::path& folder);
+
+/// All that the index in `folder` says of its bake, complete or not: `write_index` of it writes the
+/// same index. Errors: not_found, io, limit, bad_input naming the file.
+Bake read_bake(const std::filesystem::path& folder);
 
 /// One thing a verification found wrong, or nothing.
 struct Verification {

@@ -1,76 +1,19 @@
 #include "tiling/bake/bake.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <chrono>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "engine/base/file.hpp"
-#include "engine/base/hash.hpp"
-#include "engine/scene/sample.hpp"
+#include "tests/tiling/bake/folder.hpp"
 #include "tiling/tileset/tileset.hpp"
 
 using namespace hoodoo;
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-namespace {
-
-/// A folder with a small DEM, and bakes beside it; removed at the end.
-class Bake : public testing::Test {
- protected:
-  Bake() {
-    static std::atomic<int> serial{0};
-    folder_ = fs::temp_directory_path() /
-              ("hoodoo-bake-test-" + std::to_string(::getpid()) + "-" + std::to_string(++serial));
-    fs::create_directories(folder_);
-    scene::SampleDem sample;
-    sample.pixels = 100;
-    sample.spacing = 8;
-    scene::write_sample_dem(folder_ / "dem.tif", sample);
-  }
-  ~Bake() override { fs::remove_all(folder_); }
-
-  /// 4 x 4 leaves of 32 cells, with a ball half sunk into the ground.
-  static json scene(double ball_x = 300) {
-    return {{"hoodoo", 1},
-            {"name", "bake test"},
-            {"terrains", {{{"id", "land"}, {"dem", "dem.tif"}}}},
-            {"geology", {{"type", "strata"}, {"wavelength", 30}}},
-            {"operations",
-             {{{"id", "ball"},
-               {"op", "union"},
-               {"tree",
-                {{"type", "sphere"},
-                 {"center", {{"xy", {ball_x, 300}}, {"ground", 0}}},
-                 {"radius", 60},
-                 {"falloff", 20}}}}}},
-            {"bake", {{"tile_cells", 32}}}};
-  }
-
-  bake::Report run(const json& scene, const std::string& name, bake::Settings settings = {}) {
-    return bake::run(scene, {folder_, {}}, folder_ / name, settings);
-  }
-
-  /// Every file below a bake's folder, by relative name, with its digest.
-  std::map<std::string, std::string> files(const std::string& name) const {
-    std::map<std::string, std::string> found;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_ / name)) {
-      if (!entry.is_regular_file()) continue;
-      found[fs::relative(entry.path(), folder_ / name).string()] =
-          sha256(read_file(entry.path(), 1u << 30)).hex();
-    }
-    return found;
-  }
-
-  fs::path folder_;
-};
-
-}  // namespace
+using Bake = BakeTest;
 
 TEST_F(Bake, GivesTheSameBytesOnOneThreadAndOnThree) {
   bake::Settings three;
@@ -117,6 +60,23 @@ TEST_F(Bake, AnEditBakesOnlyTheTilesInItsReachAgain) {
   EXPECT_LT(edited.progress.reused, edited.progress.total);
   run(scene(310), "clean");
   EXPECT_EQ(files("edited"), files("clean"));
+}
+
+TEST_F(Bake, AnEditLeavesNoFileOfTheSceneBefore) {
+  run(scene(300), "edited");
+  scene::SampleDem sample{100, 8, 2};  // another seed
+  scene::write_sample_dem(folder_ / "dem.tif", sample);
+  const auto edited = run(scene(300), "edited");
+  EXPECT_EQ(edited.progress.reused, 0U);
+  run(scene(300), "clean");
+  EXPECT_EQ(files("edited"), files("clean"));
+}
+
+TEST_F(Bake, AWrongSceneLeavesNoFolder) {
+  auto wrong = scene();
+  wrong["bogus"] = 1;
+  EXPECT_THROW(run(wrong, "wrong"), Error);
+  EXPECT_FALSE(fs::exists(folder_ / "wrong"));
 }
 
 TEST_F(Bake, IsVerifiedAndIsADiskWithOneBallUnitedToIt) {

@@ -76,6 +76,19 @@ TEST_F(Store, SweepsWhatIsNotKeptAndLeftovers) {
   EXPECT_FALSE(fs::exists(folder_ / (kept.string() + ".12-2.part")));
 }
 
+TEST_F(Store, SweepsElevationsByTheFolderTheyAreIn) {
+  const auto elevations = fs::path(".hoodoo") / "elevations";
+  for (const char* name : {"kept/pyramid.json", "old/pyramid.json", "killed.part/level_0.f32"}) {
+    write_file(folder_ / elevations / name, "text");
+  }
+  write_file(folder_ / elevations / "old.lock", "");
+  sweep(folder_, {elevations / "kept"});
+  EXPECT_TRUE(fs::exists(folder_ / elevations / "kept" / "pyramid.json"));
+  for (const char* name : {"old", "old.lock", "killed.part"}) {
+    EXPECT_FALSE(fs::exists(folder_ / elevations / name)) << name;
+  }
+}
+
 TEST_F(Store, SweepsAFolderWithoutTiles) { EXPECT_NO_THROW(sweep(folder_ / "none", {})); }
 
 }  // namespace

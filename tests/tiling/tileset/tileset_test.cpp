@@ -134,12 +134,66 @@ TEST(Index, IsTheSameBytesForAnyThreadsAndOrder) {
   }
 }
 
+TEST(Index, ReadBackWritesTheSameIndex) {
+  const Folder folder("whole"), other("read-back");
+  Bake bake = World{.levels = 3}.make(folder.path);
+  bake.scene = sha256("scene");
+  bake.elevations = {sha256("one"), sha256("two")};
+  bake.frame = {"EPSG:32632", 1.0 / 3, 500000.125, -7};
+  for (const bool complete : {true, false}) {
+    if (!complete) std::erase_if(bake.records, [](const Record& r) { return r.key.x == 1; });
+    ASSERT_EQ(bake.complete(), complete);
+    const auto errors = complete ? measure_errors(bake, folder.path, 2) : estimate_errors(bake);
+    write_index(bake, errors, folder.path);
+    const Bake read = read_bake(folder.path);
+    auto planned = bake.planned;
+    std::ranges::sort(planned);
+    EXPECT_EQ(read.planned, planned);
+    EXPECT_EQ(read.complete(), complete);
+    write_index(read, errors, other.path);
+    for (const char* file : {"tileset.json", "bake.json"}) {
+      EXPECT_EQ(read_file(folder.path / file, 1U << 30), read_file(other.path / file, 1U << 30));
+    }
+  }
+}
+
+TEST(Index, RefusesToReadBackWhatIsDamaged) {
+  const Folder folder("damaged-index");
+  Bake bake = World{.levels = 2}.make(folder.path);
+  bake.records.pop_back();
+  write_index(bake, estimate_errors(bake), folder.path);
+  const json good = load(folder.path / "bake.json");
+  ASSERT_EQ(good.at("missing").size(), 1U);
+  const auto refused = [&](const json& bad) {
+    write_file(folder.path / "bake.json", bad.dump());
+    try {
+      read_bake(folder.path);
+      return false;
+    } catch (const Error& error) {
+      return error.fault == Fault::bad_input;
+    }
+  };
+  EXPECT_FALSE(refused(good));
+  for (const auto& member : good.items()) {
+    for (const json& bad :
+         {json(nullptr), json("x"), json::array({-1}), json::object({{"name", 1}})}) {
+      json damaged = good;
+      damaged[member.key()] = bad;
+      if (member.key() == "name" && bad == "x") continue;
+      if (member.key() == "engine" && bad == "x") continue;
+      if (member.key() == "complete") continue;  // read_manifest's
+      EXPECT_TRUE(refused(damaged)) << member.key() << ": " << bad;
+    }
+  }
+}
+
 TEST(Index, ListsWhatIsThereWhenTilesAreMissing) {
   const Folder folder("part");
   Bake bake = World{.levels = 3}.make(folder.path);
   std::erase_if(bake.records, [](const Record& r) { return r.key == plan::Key{0, 1, 1}; });
   index(bake, folder.path);
   EXPECT_EQ(load(folder.path / "bake.json").at("complete"), false);
+  EXPECT_EQ(load(folder.path / "bake.json").at("missing"), json::array({"0/1/1"}));
   std::size_t leaves = 0, tiles = 0;
   walk(folder.path, "tileset.json", nullptr, [&](const json& tile, const json*, const fs::path&) {
     ++tiles;
