@@ -123,12 +123,22 @@ class OperatorKernel final : public Kernel {
   std::vector<std::unique_ptr<const Kernel>> children_;
 };
 
+/// `far` is nowhere so near `near` that it has a part in their union: it leaves the same bits out.
+/// Source: Barbier et al. 2025, Lipschitz Pruning: |f_A - f_B| > 2 r + k.
+bool beaten(const Interval& near, const Interval& far, double width) {
+  return far.low > near.high + width;
+}
+
 template <class N>
 Compiled compile_operator(const N& node, const std::vector<Node>& children, const Block& block) {
   std::vector<std::unique_ptr<const Kernel>> kernels;
   Interval bounds;
   for (const Node& child : children) {
     Compiled one = compile_distance(child, block);
+    if constexpr (std::is_same_v<N, DistanceUnion>) {
+      if (!kernels.empty() && beaten(bounds, one.bounds, node.width)) continue;
+      if (beaten(one.bounds, bounds, node.width)) kernels.clear();
+    }
     bounds = kernels.empty() ? node.start(one.bounds) : node.meet(bounds, one.bounds);
     kernels.push_back(std::move(one.kernel));
   }

@@ -1,6 +1,8 @@
 // Operators on values computed by hand (Paris et al. 2019, section 5.3; DESIGN section 3).
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/engine/tree/probe.hpp"
 
 namespace hoodoo::tree {
@@ -75,6 +77,25 @@ TEST(Support, OfAnIntersectionIsWhatItsChildrenShare) {
 TEST(Support, OfADifferenceIsItsFirstChilds) {
   EXPECT_NEAR(support({Difference{}, {one, at_distance(15)}}).influence.max.x, 10, 0.01);
   EXPECT_NEAR(support({Difference{}, {one, at_distance(15, 2)}}).influence.max.x, 25, 0.01);
+}
+
+TEST(DistanceUnion, LeavesOutWhatHasNoPartInABlock) {
+  DistanceUnion joined;
+  joined.width = 2;
+  FromDistance field;
+  field.falloff = 4;
+  const Node here{ball({0, 0, 0}, 5, 1)}, there{ball({40, 0, 0}, 5, 1)};
+  const auto spheres_at = [&](const Vec3& p) {
+    const Node both{field, {{joined, {here, there, here}}}};
+    std::vector<std::string> lines;
+    const Compiled compiled = compile(both, {p, Box{p, p}.grown(1)});
+    if (compiled.kernel) compiled.kernel->explain(0, lines);
+    return std::count(lines.begin(), lines.end(), "    sphere");
+  };
+  EXPECT_EQ(spheres_at({5, 0, 0}), 2);   // the near one, stated twice
+  EXPECT_EQ(spheres_at({35, 0, 0}), 1);  // the far one
+  const Node alone{field, {{joined, {here, here}}}}, both{field, {{joined, {here, there, here}}}};
+  EXPECT_EQ(value(both, {5.2, 0.3, 0}), value(alone, {5.2, 0.3, 0}));
 }
 
 }  // namespace
