@@ -124,7 +124,7 @@ class OperatorKernel final : public Kernel {
 };
 
 /// `far` is nowhere so near `near` that it has a part in their union: it leaves the same bits out.
-/// Source: Barbier et al. 2025, Lipschitz Pruning: |f_A - f_B| > 2 r + k.
+/// Distances change by no more than one metre per metre, so bounds tell: |f_A - f_B| > 2 r + k.
 bool beaten(const Interval& near, const Interval& far, double width) {
   return far.low > near.high + width;
 }
