@@ -75,7 +75,7 @@ struct Scene {
 struct OpenSettings {
   std::filesystem::path cache;  // folder for the pyramids
   dem::IngestSettings ingest;
-  std::function<void()> checked;  // called when no problem was seen, before anything is written
+  std::function<void()> checked{};  // called when no problem was seen, before anything is written
 };
 
 /// Reads, checks and resolves a scene. Every problem is reported at once, each with its JSON
