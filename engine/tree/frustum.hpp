@@ -1,10 +1,43 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <initializer_list>
 
 #include "engine/tree/skeleton.hpp"
+#include "engine/tree/uncertain.hpp"
 
 namespace hoodoo::tree {
+
+/// A point in the half plane of an axis, q from it and h along it, and the square of how far it is
+/// from what is looked at.
+struct ProfilePoint {
+  Uncertain square, q, h;
+};
+
+/// All that may be the nearest.
+inline ProfilePoint nearest_of(std::initializer_list<ProfilePoint> points) {
+  const auto nearest =
+      std::min(points, [](const auto& a, const auto& b) { return a.square.high < b.square.high; });
+  ProfilePoint all = nearest;
+  for (const ProfilePoint& p : points) {
+    if (p.square.low > nearest.square.high) continue;
+    all = {all.square, hull(all.q, p.q), hull(all.h, p.h)};
+  }
+  return all;
+}
+
+/// `v` of an axis's points, turned to where (ex, ey, ez), q long, leads away from it.
+template <class Shape>
+Projection<Uncertain> turned(const Shape& s, const ProfilePoint& v, const Uncertain& q,
+                             const std::array<Uncertain, 3>& e, const Uncertain& distance) {
+  const Uncertain f = v.q / larger(q, Uncertain(1e-12));
+  const auto across = [&](const Uncertain& along) {
+    return clamped(f * along, -std::abs(v.q.high), std::abs(v.q.high));
+  };
+  return {distance, s.x + v.h * s.ax + across(e[0]), s.y + v.h * s.ay + across(e[1]),
+          s.z + v.h * s.az + across(e[2])};
+}
 
 /// A solid of revolution between two discs. Its distance is exact: that of (q, h) to the trapezium
 /// (0, 0), (r0, 0), (r1, height), (0, height), q the distance to the axis and h along it.
@@ -47,6 +80,22 @@ struct Frustum {
     }
     const T f = vq / larger(q, T(S(1e-12)));
     return {d, x + vh * ax + f * ex, y + vh * ay + f * ey, z + vh * az + f * ez};
+  }
+  Projection<Uncertain> project(const Uncertain& px, const Uncertain& py,
+                                const Uncertain& pz) const {
+    const Uncertain dx = px - x, dy = py - y, dz = pz - z;
+    const Uncertain h = dx * ax + dy * ay + dz * az;
+    const Uncertain ex = dx - h * ax, ey = dy - h * ay, ez = dz - h * az;
+    const Uncertain q = square_root(ex * ex + ey * ey + ez * ez);
+    const Uncertain t = clamped((h * nr - (q - r0) * nh) / Uncertain(slant), 0, 1);
+    const auto point = [&](const Uncertain& vq, const Uncertain& vh) {
+      const Uncertain across = q - vq, up = h - vh;
+      return ProfilePoint{across * across + up * up, vq, vh};
+    };
+    const auto nearest =
+        nearest_of({point(r0 + t * (r1 - r0), t * height), point(smaller(q, Uncertain(r0)), 0),
+                    point(smaller(q, Uncertain(r1)), height)});
+    return turned(*this, nearest, q, {ex, ey, ez}, distance_over(*this, px, py, pz));
   }
 };
 

@@ -88,4 +88,13 @@ inline Projection<Uncertain> hull(const Projection<Uncertain>& a, const Projecti
   return {hull(a.distance, b.distance), hull(a.x, b.x), hull(a.y, b.y), hull(a.z, b.z)};
 }
 
+/// Of a shape seen over a box: a distance changes by no more than one metre per metre.
+template <class Shape>
+Uncertain distance_over(const Shape& shape, const Uncertain& x, const Uncertain& y,
+                        const Uncertain& z) {
+  const double off = length(Vec3{x.half(), y.half(), z.half()});
+  const double d = shape.template project<double>(x.middle(), y.middle(), z.middle()).distance;
+  return {d - off, d + off};
+}
+
 }  // namespace hoodoo::tree

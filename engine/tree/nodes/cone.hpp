@@ -1,5 +1,5 @@
 #pragma once
-#include "engine/tree/skeleton.hpp"
+#include "engine/tree/frustum.hpp"
 
 namespace hoodoo::tree {
 
@@ -75,6 +75,21 @@ struct Cone : Volume {
       const T vq = on_mantle ? mq : bq, vh = on_mantle ? mh : T(S(0));
       const T f = vq / larger(q, T(S(1e-12)));
       return {d, x + vh * ax + f * ex, y + vh * ay + f * ey, z + vh * az + f * ez};
+    }
+    Projection<Uncertain> project(const Uncertain& px, const Uncertain& py,
+                                  const Uncertain& pz) const {
+      const Uncertain dx = px - x, dy = py - y, dz = pz - z;
+      const Uncertain h = dx * ax + dy * ay + dz * az;
+      const Uncertain ex = dx - h * ax, ey = dy - h * ay, ez = dz - h * az;
+      const Uncertain q = square_root(ex * ex + ey * ey + ez * ez);
+      const Uncertain t = clamped((h * nr - (q - radius) * nh) / Uncertain(slant), 0, 1);
+      const auto point = [&](const Uncertain& vq, const Uncertain& vh) {
+        const Uncertain across = q - vq, up = h - vh;
+        return ProfilePoint{across * across + up * up, vq, vh};
+      };
+      const auto nearest = nearest_of(
+          {point(radius - t * radius, t * height), point(smaller(q, Uncertain(radius)), 0)});
+      return turned(*this, nearest, q, {ex, ey, ez}, distance_over(*this, px, py, pz));
     }
   };
   template <class S>

@@ -45,14 +45,9 @@ struct Ellipsoid : Volume {
     template <class T>
     Projection<T> project(const T& px, const T& py, const T& pz) const {
       const T dx = px - x, dy = py - y, dz = pz - z;
-      // In s = t + least^2, with a_i = r_i^2 - least^2, each term is (r_i |d_i| / (s + a_i))^2.
-      const S l2 = least * least, ax = rx * rx - l2, ay = ry * ry - l2, az = rz * rz - l2;
+      const auto [ax, ay, az, lowest] = squares();
       const T wx = rx * magnitude(dx), wy = ry * magnitude(dy), wz = rz * magnitude(dz);
-      const S lowest = S(1e-4) * l2;
-      S s = std::max({lowest, value_of(wx) - ax, value_of(wy) - ay, value_of(wz) - az});
-      for (int step = 0; step < 8; ++step) {
-        s = std::max(lowest, newton(s, ax, ay, az, value_of(wx), value_of(wy), value_of(wz)));
-      }
+      const S s = root_of(value_of(wx), value_of(wy), value_of(wz));
       // The last step carries the gradient: it is exact where the others have converged.
       const T root = larger(newton(T(s), ax, ay, az, wx, wy, wz), T(lowest));
       T ux = wx / (root + ax), uy = wy / (root + ay), uz = wz / (root + az);
@@ -66,22 +61,39 @@ struct Ellipsoid : Volume {
           norm;
       return {d, x + signed_as(vx, dx), y + signed_as(vy, dy), z + signed_as(vz, dz)};
     }
-    /// About the middle's: the nearest point of the boundary moves no faster than the point itself
-    /// outside, and inside c / (c - depth) times as fast, c the least radius of curvature.
+    /// The root grows with each of |dx|, |dy| and |dz|.
     Projection<Uncertain> project(const Uncertain& px, const Uncertain& py,
                                   const Uncertain& pz) const {
-      const auto p = project<double>(px.middle(), py.middle(), pz.middle());
-      const double off =
-          std::sqrt(px.half() * px.half() + py.half() * py.half() + pz.half() * pz.half());
-      const double curved = least * least / std::max({rx, ry, rz});
-      const double depth = std::max(0.0, off - p.distance);
-      if (depth > 0.9 * curved) Uncertain::note_undecided();
-      const double moved = off * curved / std::max(curved - depth, 0.1 * curved);
-      const auto about = [](double v, double by) { return Uncertain(v - by, v + by); };
-      return {about(p.distance, off), about(p.x, moved), about(p.y, moved), about(p.z, moved)};
+      const Uncertain dx = px - x, dy = py - y, dz = pz - z;
+      const Uncertain wx = rx * magnitude(dx), wy = ry * magnitude(dy), wz = rz * magnitude(dz);
+      const auto [ax, ay, az, lowest] = squares();
+      const Uncertain root(root_of(wx.low, wy.low, wz.low) * (1 - 1e-5),
+                           root_of(wx.high, wy.high, wz.high) * (1 + 1e-5));
+      const auto part = [](const Uncertain& v) { return clamped(v, 0, 1); };
+      Uncertain ux = part(wx / (root + ax)), uy = part(wy / (root + ay)),
+                uz = part(wz / (root + az));
+      lift(ux, uy, uz);
+      return {distance_over(*this, px, py, pz), x + signed_as(rx * ux, dx),
+              y + signed_as(ry * uy, dy), z + signed_as(rz * uz, dz)};
     }
 
    private:
+    /// In s = t + least^2, with a_i = r_i^2 - least^2, each term is (r_i |d_i| / (s + a_i))^2.
+    struct Squares {
+      S ax, ay, az, lowest;  // the last: of s
+    };
+    Squares squares() const {
+      const S l2 = least * least;
+      return {rx * rx - l2, ry * ry - l2, rz * rz - l2, S(1e-4) * l2};
+    }
+    S root_of(S wx, S wy, S wz) const {
+      const auto [ax, ay, az, lowest] = squares();
+      S s = std::max({lowest, wx - ax, wy - ay, wz - az});
+      for (int step = 0; step < 8; ++step) {
+        s = std::max(lowest, newton(s, ax, ay, az, wx, wy, wz));
+      }
+      return s;
+    }
     template <class T>
     static T newton(const T& s, S ax, S ay, S az, const T& wx, const T& wy, const T& wz) {
       const T ux = wx / (s + ax), uy = wy / (s + ay), uz = wz / (s + az);
@@ -98,9 +110,19 @@ struct Ellipsoid : Volume {
       T& u = least == rz ? uz : least == ry ? uy : ux;
       u = square_root(u * u + rest);
     }
+    void lift(Uncertain& ux, Uncertain& uy, Uncertain& uz) const {
+      const Uncertain rest = 1.0 - (ux * ux + uy * uy + uz * uz);
+      if (rest.high < 1e-3) return;
+      Uncertain& u = least == rz ? uz : least == ry ? uy : ux;
+      const Uncertain lifted = clamped(square_root(u * u + clamped(rest, 0, 1)), 0, 1);
+      u = rest.low >= 1e-3 ? lifted : hull(u, lifted);
+    }
     template <class T>
     static T signed_as(const T& v, const T& d) {
       return value_of(d) < S(0) ? -v : v;
+    }
+    static Uncertain signed_as(const Uncertain& v, const Uncertain& d) {
+      return d.low >= 0 ? v : d.high < 0 ? -v : hull(-v, v);
     }
   };
   template <class S>

@@ -1,6 +1,9 @@
 #pragma once
 #include <fmt/format.h>
 
+#include <optional>
+#include <vector>
+
 #include "engine/tree/polygon.hpp"
 #include "engine/tree/skeleton.hpp"
 
@@ -59,23 +62,7 @@ struct Prism : Volume {
 
     template <class T>
     Projection<T> project(const T& px, const T& py, const T& pz) const {
-      using V = Scalar<T>;
-      const Side* wall = &sides[0];
-      V nearest = std::numeric_limits<S>::max();
-      bool inside = false;
-      const V vx = value_of(px), vy = value_of(py);
-      for (std::size_t i = 0, n = sides.size(); i < n; ++i) {
-        const Side &a = sides[i], &b = sides[i + 1 < n ? i + 1 : 0];
-        const V t = held(a, vx, vy), ex = vx - a.x - t * a.ux, ey = vy - a.y - t * a.uy;
-        const V d2 = ex * ex + ey * ey;
-        if (d2 < nearest) {
-          nearest = d2;
-          wall = &a;
-        }
-        if ((a.y > vy) != (b.y > vy) && vx < a.x + (b.x - a.x) * ((vy - a.y) / (b.y - a.y))) {
-          inside = !inside;
-        }
-      }
+      const auto [wall, inside] = wall_by(value_of(px), value_of(py));
       const T t = held(*wall, px, py);
       const T wx = wall->x + t * wall->ux, wy = wall->y + t * wall->uy;
       const T r = beside(*wall, t, px, py);
@@ -88,8 +75,70 @@ struct Prism : Volume {
       const T end(value_of(pz) < middle ? middle - half : middle + half);
       return {distance, aside ? wx : px, aside ? wy : py, level ? end : pz};
     }
+    /// By every wall, floor or roof that is the nearest of some point. Which side of the walls the
+    /// points are on is the same throughout where no wall passes between them.
+    Projection<Uncertain> project(const Uncertain& px, const Uncertain& py,
+                                  const Uncertain& pz) const {
+      const auto walls = walls_by(px, py);
+      const Uncertain& r = walls.distance;
+      const bool inside = wall_by(px.middle(), py.middle()).inside;
+      const Uncertain d = r.low <= 0 ? hull(-r, r) : inside ? -r : r;
+      const Uncertain w = magnitude(pz - middle) - half, zero;
+      const Uncertain over = larger(d, zero), above = larger(w, zero);
+      const Uncertain distance =
+          square_root(over * over + above * above) + smaller(larger(d, w), zero);
+      const auto either = [](bool all, bool none, const Uncertain& a, const Uncertain& b) {
+        return all ? a : none ? b : hull(a, b);
+      };
+      const bool aside = d.low > 0 || w.high <= d.low, not_aside = d.high <= 0 && w.low > d.high;
+      const bool level = w.low > 0 || d.high < w.low, not_level = w.high <= 0 && d.low >= w.high;
+      const Uncertain end =
+          either(pz.high < middle, pz.low >= middle, middle - half, middle + half);
+      return {distance, either(aside, not_aside, walls.x, px),
+              either(aside, not_aside, walls.y, py), either(level, not_level, end, pz)};
+    }
 
    private:
+    struct Wall {
+      const Side* nearest;
+      bool inside;
+    };
+    template <class V>
+    Wall wall_by(V x, V y) const {
+      Wall wall{&sides[0], false};
+      V nearest = std::numeric_limits<V>::max();
+      for (std::size_t i = 0, n = sides.size(); i < n; ++i) {
+        const Side &a = sides[i], &b = sides[i + 1 < n ? i + 1 : 0];
+        const V t = held(a, x, y), ex = x - a.x - t * a.ux, ey = y - a.y - t * a.uy;
+        const V d2 = ex * ex + ey * ey;
+        if (d2 < nearest) {
+          nearest = d2;
+          wall.nearest = &a;
+        }
+        if ((a.y > y) != (b.y > y) && x < a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y))) {
+          wall.inside = !wall.inside;
+        }
+      }
+      return wall;
+    }
+    /// Distance from the outline and the nearest points of it.
+    Projection<Uncertain> walls_by(const Uncertain& x, const Uncertain& y) const {
+      std::vector<Projection<Uncertain>> feet;
+      double most = std::numeric_limits<double>::infinity();
+      for (const Side& side : sides) {
+        const Uncertain t = held(side, x, y);
+        const Uncertain ex = x - side.x - t * side.ux, ey = y - side.y - t * side.uy;
+        const Uncertain r = square_root(ex * ex + ey * ey);
+        feet.push_back({r, side.x + t * side.ux, side.y + t * side.uy, {}});
+        most = std::min(most, r.high);
+      }
+      std::optional<Projection<Uncertain>> all;
+      for (const auto& foot : feet) {
+        if (foot.distance.low <= most) all = all ? hull(*all, foot) : foot;
+      }
+      all->distance.high = most;
+      return *all;
+    }
     /// Distance from a side, to whose nearest point `t` leads. Beside the side itself it is taken
     /// across, so that its gradient has a direction right at the wall, too.
     template <class T>
