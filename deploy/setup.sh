@@ -25,7 +25,7 @@ build_packages=(
   dpkg-dev xz-utils
 )
 test_packages=(
-  clang clang-format clang-tidy libclang-rt-14-dev git curl chromium shellcheck
+  clang clang-format clang-tidy libclang-rt-14-dev git curl chromium shellcheck proj-bin
 )
 httplib_minimum=0.41.0
 httplib=/usr/local/include/cpp-httplib/httplib.h

@@ -24,6 +24,9 @@ struct Frame {
   double unit = 1;      // metres per unit of that CRS
   double origin_x = 0;  // projected coordinates [m] of the scene's (0, 0):
   double origin_y = 0;  // multiples of the level-0 spacing
+  /// What heights count from, where the tiles lie on the Earth (earth.hpp): "ellipsoid" or a
+  /// vertical CRS; "" where the tiles lie in the scene frame itself.
+  std::string vertical{};
   friend bool operator==(const Frame&, const Frame&) = default;
 };
 

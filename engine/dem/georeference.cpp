@@ -178,6 +178,13 @@ double unit_of_heights(GTIF* keys, const ProjContext& context) {
   return metres > 0 && std::isfinite(metres) ? metres : 1;
 }
 
+/// Codes 5001 to 5035 are the ellipsoids of GeoTIFF 1.0 (its section 6.3.4.1); others are EPSG's.
+std::string heights_of(GTIF* keys) {
+  const int code = short_key(keys, VerticalCSTypeGeoKey, 0);
+  if (code >= 5001 && code <= 5035) return "ellipsoid";
+  return code > 0 && code < KvUserDefined ? fmt::format("EPSG:{}", code) : "";
+}
+
 void read_crs(const TiffFile& file, GTIF* keys, const ProjContext& context, RasterInfo& info) {
   GTIFDefn definition{};
   if (!GTIFGetDefn(keys, &definition) || !definition.DefnSet) return;
@@ -220,6 +227,7 @@ void read_georeference(const TiffFile& file, RasterInfo& info) {
     info.pixel_is_point =
         short_key(keys.get(), GTRasterTypeGeoKey, RasterPixelIsArea) == RasterPixelIsPoint;
     info.vertical_unit = unit_of_heights(keys.get(), context);
+    info.vertical = heights_of(keys.get());
     read_crs(file, keys.get(), context, info);
   }
   auto& t = info.transform;

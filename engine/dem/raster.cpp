@@ -215,7 +215,8 @@ nlohmann::json to_json(const RasterInfo& info) {
                          {"crs", info.crs},
                          {"crs_name", info.crs_name},
                          {"unit", info.unit},
-                         {"vertical_unit", info.vertical_unit}};
+                         {"vertical_unit", info.vertical_unit},
+                         {"vertical", info.vertical}};
   if (info.nodata) {
     // JSON has no NaN or infinity.
     json["nodata"] = std::isfinite(*info.nodata) ? nlohmann::json(*info.nodata)

@@ -36,6 +36,7 @@ struct RasterInfo {
   std::string crs_name;      // for people
   double unit = 1;           // metres per unit, projected only
   double vertical_unit = 1;  // metres per unit of the samples, by the vertical units key
+  std::string vertical;      // what they count from: "ellipsoid", a vertical CRS, "" if not told
 };
 nlohmann::json to_json(const RasterInfo& info);
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/base/json.hpp"
+#include "engine/dem/earth.hpp"
 #include "engine/dem/raster.hpp"
 #include "engine/scene/read_object.hpp"
 #include "engine/scene/terrains.hpp"
@@ -127,6 +128,36 @@ void read_bake(const json& scene, Document& into, Findings& findings) {
   if (into.bake.spacing) into.bake.spacing = dem::rounded_spacing(*into.bake.spacing);
 }
 
+/// Tiles on the Earth need a way there, from the heights, too.
+void read_frame(Document& document, Findings& findings) {
+  const auto& bake = document.bake;
+  if (bake.frame == "local") {
+    if (bake.vertical.empty()) return;
+    findings.problems.push_back({"/bake/vertical", "is for \"frame\": \"ecef\" only"});
+    return;
+  }
+  if (document.terrains.empty()) return;
+  const auto& dem = document.terrains[0].info;
+  document.vertical = bake.vertical.empty() ? dem.vertical : bake.vertical;
+  if (document.vertical.empty()) {
+    findings.problems.push_back(
+        {"/bake/vertical",
+         fmt::format("is missing: {} does not say what its heights count from, and a guess may be "
+                     "100 m off; state \"ellipsoid\", or a vertical CRS such as \"EPSG:5773\"",
+                     dem.path.string())});
+    return;
+  }
+  try {
+    auto frame = document.place.frame;
+    frame.vertical = document.vertical;
+    dem::Earth{frame};
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) {
+      findings.problems.push_back({"/bake/vertical", problem.what});
+    }
+  }
+}
+
 /// Materials may name strata of the geology.
 void check_strata(const Document& document, Findings& findings) {
   std::vector<std::string> names;
@@ -164,6 +195,7 @@ Document read_document(const json& scene, const Sources& sources, Findings& find
   read_materials(scene, document, findings);
   read_bake(scene, document, findings);
   read_terrains(scene, sources, document, findings);
+  read_frame(document, findings);
   read_definitions(scene, document, findings);
   VoxelFiles grids(sources, findings);
   document.context.read_voxels = [&](const auto&... names) { return grids.read(names...); };

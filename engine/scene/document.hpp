@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/dem/dem.hpp"
@@ -30,6 +31,7 @@ struct Document {
   std::vector<QueuedOperation> operations;  // those without problems
   BakeSettings bake;
   dem::Placement place;  // by the first terrain
+  std::string vertical;  // what heights count from, where the tiles lie on the Earth; "" else
   tree::Context context;
 };
 

@@ -15,6 +15,7 @@ using nlohmann::json;
 using tree::Problems;
 
 constexpr std::array<std::string_view, 2> profiles = {"draco", "plain"};
+constexpr std::array<std::string_view, 2> frames = {"local", "ecef"};
 constexpr std::size_t most_corners = 100'000;
 constexpr tree::Range anywhere = tree::within(-tree::farthest, tree::farthest);
 
@@ -152,5 +153,13 @@ std::optional<std::string> read_profile(const json& value, const std::string& wh
   return std::string(profiles[*which]);
 }
 json profile_schema() { return {{"enum", profiles}, {"default", profiles[0]}}; }
+
+std::optional<std::string> read_frame(const json& value, const std::string& where,
+                                      Problems& problems) {
+  const auto which = tree::read_choice(value, where, frames, problems);
+  if (!which) return std::nullopt;
+  return std::string(frames[*which]);
+}
+json frame_schema() { return {{"enum", frames}, {"default", frames[0]}}; }
 
 }  // namespace hoodoo::scene::form

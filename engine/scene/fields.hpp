@@ -51,6 +51,8 @@ std::optional<std::optional<Box>> read_extent(const nlohmann::json&, const std::
                                               std::vector<Problem>&);
 std::optional<std::string> read_profile(const nlohmann::json&, const std::string&,
                                         std::vector<Problem>&);
+std::optional<std::string> read_frame(const nlohmann::json&, const std::string&,
+                                      std::vector<Problem>&);
 nlohmann::json colour_schema();
 nlohmann::json share_schema();
 nlohmann::json altitude_schema();
@@ -59,6 +61,7 @@ nlohmann::json outline_schema();
 nlohmann::json fill_schema();
 nlohmann::json extent_schema();
 nlohmann::json profile_schema();
+nlohmann::json frame_schema();
 }  // namespace form
 
 /// "#rrggbb", sRGB.
@@ -77,5 +80,7 @@ inline constexpr Form<std::optional<double>> fill_form{&form::read_fill, &form::
 inline constexpr Form<std::optional<Box>> extent_form{&form::read_extent, &form::extent_schema};
 /// "draco" or "plain".
 inline constexpr Form<std::string> profile_form{&form::read_profile, &form::profile_schema};
+/// "local" or "ecef".
+inline constexpr Form<std::string> frame_form{&form::read_frame, &form::frame_schema};
 
 }  // namespace hoodoo::scene

@@ -185,6 +185,7 @@ Scene open(const nlohmann::json& stated, const Sources& sources, const OpenSetti
   }
   if (settings.checked) settings.checked();
   ingest(document, settings, scene);
+  scene.frame.vertical = document.vertical;
   scene.extent = plan_extent(document, scene);
   check_size(scene.extent.max.x - scene.extent.min.x, scene.extent.max.y - scene.extent.min.y,
              scene.spacing, "/bake/spacing", findings);

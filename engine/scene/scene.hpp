@@ -35,6 +35,8 @@ struct BakeSettings {
   double simplify = 0.1;          // leaves [s_0]; 0: not at all
   double simplify_coarse = 0.5;   // other levels [s_L]
   std::string profile = "draco";  // draco | plain
+  std::string frame = "local";    // local | ecef
+  std::string vertical;           // what heights count from, for ecef; "": what the DEM says
 
   static constexpr auto fields() {
     using T = BakeSettings;
@@ -54,7 +56,13 @@ struct BakeSettings {
         Number<T>{"simplify_coarse", &T::simplify_coarse, "spacings", within(0, 10), 0.5,
                   "The same for the other levels, in their own spacings."},
         Special<T, std::string>{"profile", &T::profile, profile_form, std::string("draco"),
-                                "Encoding of the tiles: Draco compression, or plain glTF."}};
+                                "Encoding of the tiles: Draco compression, or plain glTF."},
+        Special<T, std::string>{"frame", &T::frame, frame_form, std::string("local"),
+                                "Where the tileset lies: in the scene's own frame, or on the Earth "
+                                "(EPSG:4978), every vertex through PROJ."},
+        Text<T>{"vertical", &T::vertical, "",
+                "With frame \"ecef\", what heights count from: \"ellipsoid\", or a vertical CRS "
+                "such as \"EPSG:5773\"; by default what the first DEM states."}};
   }
   void check(const std::string& where, std::vector<Problem>& problems) const;
 };

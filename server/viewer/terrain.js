@@ -1,5 +1,5 @@
 // The tileset: streaming, how its tiles look, and what is on screen.
-import { Box3, EventDispatcher, Group, Mesh } from 'three';
+import { Box3, EventDispatcher, Group, Matrix4, Mesh } from 'three';
 import { DRACOLoader } from 'three/addons/loaders/DRACOLoader.js';
 import { TilesRenderer } from '3d-tiles-renderer/three';
 import { GLTFExtensionsPlugin } from '3d-tiles-renderer/three/plugins';
@@ -59,9 +59,18 @@ export class Terrain extends EventDispatcher {
       this.dispatchEvent({ type: 'error', message: `${url}: ${error.message}` });
       if (!tile && tiles === this.next) this.#giveUp();
     });
+    tiles.addEventListener('load-root-tileset', () => this.#stand(tiles));
     tiles.group.visible = false;
     this.group.add(tiles.group);
     return tiles;
+  }
+
+  // A tileset on the Earth is shown in the frame that its root stands in: z is up there.
+  #stand(tiles) {
+    const { transform } = tiles.root;
+    if (!transform) return;
+    new Matrix4().fromArray(transform).invert().decompose(tiles.group.position, tiles.group.quaternion, tiles.group.scale);
+    tiles.group.updateMatrixWorld(true);
   }
 
   #changed() {
@@ -111,9 +120,10 @@ export class Terrain extends EventDispatcher {
 
   // The box of the world in metres, or null before the tileset is there.
   get box() {
-    const box = new Box3();
+    const box = new Box3(), place = new Matrix4();
     const tiles = this.current ?? this.next;
-    return tiles?.getBoundingBox(box) && !box.isEmpty() ? box : null;
+    if (!tiles?.getOrientedBoundingBox(box, place) || box.isEmpty()) return null;
+    return box.applyMatrix4(place.premultiply(tiles.group.matrix));
   }
   get busy() {
     return this.next !== null || this.#isLoading(this.current);

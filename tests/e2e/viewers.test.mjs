@@ -18,10 +18,10 @@ const error = 6;         // pixels on screen
 const most = 0.005;      // share of the silhouette by which the viewers may differ
 
 /** An arch over a tunnel at (u, v) of a DEM, `s` metres a cell. */
-function sceneAt(dem, u, v, s, [width, height]) {
+function sceneAt(dem, u, v, s, [width, height], bake = {}) {
   const at = (x, y, dz) => ({ uv: [u + (x * s) / width, v + (y * s) / height], ground: dz * s });
   return {
-    hoodoo: 1, name: dem, terrains: [{ dem }],
+    hoodoo: 1, name: dem, terrains: [{ dem }], bake,
     operations: [
       { type: 'arch', from: at(-24, -16, -2), to: at(24, -16, -2), height: 36 * s, thickness: 12 * s },
       { type: 'tunnel', path: [9, -3, -15, -15, -15, -3, 9].map((dz, i) => at(-24 + 8 * i, 10, dz)), radius: 6.5 * s },
@@ -50,6 +50,12 @@ const worlds = [
     scene: (folder, dem) => writeFile(join(folder, 'scene.json'), JSON.stringify(sceneAt(dem, 0.5, 0.5, 75, [34000, 42000]))),
     cameras: { whole: [[-0.3, -0.5, 0.6], [0.5, 0.5, 0.02]], 'over the rim': [[0.1, 0.1, 0.12], [0.7, 0.8, 0.03]] },
   },
+  {
+    name: 'the same on the Earth', dem: 'zion_90m_epsg4326_u16.tif',
+    scene: (folder, dem) => writeFile(join(folder, 'scene.json'), JSON.stringify(
+      sceneAt(dem, 0.5, 0.5, 75, [34000, 42000], { frame: 'ecef', vertical: 'EPSG:5773' }))),
+    cameras: { whole: [[-0.3, -0.5, 0.6], [0.5, 0.5, 0.02]] },
+  },
 ];
 
 let browser;
@@ -68,7 +74,7 @@ async function lookInto(folder) {
     if (level === 0) leaves.push(`tiles/${content.slice(0, 2)}/${content}.glb`);
   }
   const { root } = JSON.parse(await readFile(join(folder, 'tileset.json'), 'utf8'));
-  return { box: root.boundingVolume.box, leaves, levels };
+  return { box: root.boundingVolume.box, leaves, levels, transform: root.transform };
 }
 
 /** A point by parts of the box of 3D Tiles: centre, then half axes. */
@@ -99,11 +105,18 @@ async function drawByCesium(server, camera) {
   const page = await openPage(browser, server.url);
   await page.goto(`${server.url}/pages/cesium.html`);
   await page.waitForFunction(() => globalThis.drawTileset);
-  await page.evaluate(([url, pixels]) => globalThis.loadTileset(url, pixels), [`${server.url}/tileset/tileset.json`, error]);
+  const middle = await page.evaluate(([url, pixels]) => globalThis.loadTileset(url, pixels), [`${server.url}/tileset/tileset.json`, error]);
   const { shown, errors } = await page.evaluate((view) => globalThis.drawTileset(view), camera);
   const mask = await readMask(page);
   await page.end();
-  return { mask, shown, problems: [...page.problems, ...errors] };
+  return { mask, shown, problems: [...page.problems, ...errors], middle };
+}
+
+/** Longitude and latitude of a geographic DEM's middle, by its own georeference. */
+async function middleOf(dem) {
+  const { stdout } = await hoodoo(['info', dem, '--json']);
+  const { transform, width, height } = JSON.parse(stdout);
+  return [transform[0] + (transform[1] * width) / 2, transform[3] + (transform[5] * height) / 2];
 }
 
 for (const world of worlds) {
@@ -156,6 +169,13 @@ for (const world of worlds) {
           const found = holes(mask, solid, error + 1);
           t.diagnostic(`${viewer}: ${shown.length} tiles of levels ${[...onScreen].sort()}, holes ${JSON.stringify(found)}`);
           assert.deepEqual(found, { deep: 0, enclosed: 0 }, viewer);
+        }
+        if (known.transform) {
+          const [longitude, latitude, height] = drawn.cesium.middle, [x, y] = await middleOf(dem);
+          const off = 111_320 * Math.hypot((longitude - x) * Math.cos((y * Math.PI) / 180), latitude - y);
+          t.diagnostic(`its middle lies ${off.toFixed(0)} m from the DEM's, ${height.toFixed(0)} m high`);
+          assert.ok(off < 300, 'CesiumJS shows it at the place of the DEM');   // its box leans by the grid's convergence
+          assert.ok(height > 500 && height < 4000, 'at its height');
         }
         const { covered, share } = compare(drawn.three.mask, drawn.cesium.mask);
         t.diagnostic(`${covered} pixels covered, the viewers differ by ${(100 * share).toFixed(3)} %`);

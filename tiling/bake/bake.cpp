@@ -63,6 +63,7 @@ Digest digest_of(const scene::Scene& scene) {
       {"ground", tree::to_json(scene.ground)},
       {"pyramids", json::array()}};
   for (const auto& pyramid : scene.pyramids) all["pyramids"].push_back(pyramid->digest().hex());
+  if (!scene.frame.vertical.empty()) all["vertical"] = scene.frame.vertical;
   return sha256(all.dump());
 }
 
@@ -85,6 +86,7 @@ class Run {
       watch_.change([part](Progress& p) { p.ingest = std::max(p.ingest, part); });
     };
     scene_ = scene::open(scene, sources, open);
+    earth_ = dem::earth_of(scene_.frame);
   }
 
   void plan() {
@@ -187,7 +189,7 @@ class Run {
     }
     if (!record) {
       source = Source::baked;
-      record = bake_tile(slice, hash, scene_.pyramids, folder_);
+      record = bake_tile(slice, hash, scene_.pyramids, earth_ ? &*earth_ : nullptr, folder_);
       if (cache_) add_to_cache(*record, folder_, *cache_);
     }
     watch_.change([&](Progress& p) {
@@ -227,6 +229,7 @@ class Run {
   std::optional<FolderInUse> use_;
   std::unique_ptr<store::Cache> cache_;
   scene::Scene scene_;
+  std::optional<dem::Earth> earth_;
   std::vector<plan::Key> part_;  // this run's to bake
   std::vector<Other> others_;
   tileset::Bake index_;  // its records grow under the watch's lock

@@ -55,8 +55,8 @@ std::vector<std::pair<std::string, std::string>> traits(const tileset::Bake& bak
   const auto& frame = bake.frame;
   return {{"engine", bake.engine},
           {"scene's name", bake.scene_name},
-          {"frame", fmt::format("{} ({} m) at {}, {}", frame.crs, frame.unit, frame.origin_x,
-                                frame.origin_y)},
+          {"frame", fmt::format("{} ({} m) at {}, {} {}", frame.crs, frame.unit, frame.origin_x,
+                                frame.origin_y, frame.vertical)},
           {"spacing", fmt::format("{} m", bake.lattice.spacing0)},
           {"step", fmt::format("{} m", bake.lattice.step0)},
           {"cells of a tile", std::to_string(bake.lattice.tile_cells)},

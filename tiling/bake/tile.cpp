@@ -5,6 +5,7 @@
 #include "engine/base/file.hpp"
 #include "engine/base/json.hpp"
 #include "tiling/bake/folder.hpp"
+#include "tiling/glb/earth.hpp"
 #include "tiling/glb/glb.hpp"
 #include "tiling/lod/lod.hpp"
 #include "tiling/slice/land.hpp"
@@ -41,7 +42,7 @@ void count(tileset::Record& record, const glb::Content& content) {
 
 tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
                           std::span<const std::shared_ptr<const dem::Pyramid>> pyramids,
-                          const fs::path& folder) {
+                          const dem::Earth* earth, const fs::path& folder) {
   tileset::Record record;
   record.key = slice.key;
   record.slice = hash;
@@ -62,6 +63,7 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
     content.surface = surface::shade(surface, land, content.origin);
     content.skirt = surface::skirts(surface, content.surface, land, content.origin,
                                     2 * slice.lattice.spacing(slice.key.level + 1));
+    if (slice.earth) content = glb::on_earth(content, *earth);
     const auto bytes = glb::write(content, slice.profile);
     count(record, content);
     record.bytes = bytes.size();

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "engine/dem/dem.hpp"
+#include "engine/dem/earth.hpp"
 #include "tiling/slice/slice.hpp"
 #include "tiling/store/cache.hpp"
 #include "tiling/tileset/tileset.hpp"
@@ -12,11 +13,12 @@
 namespace hoodoo::bake {
 
 /// Bakes one tile from its slice alone: field -> Hermite blocks -> surface -> simplified surface
-/// and skirts -> glTF bytes -> a file below `folder`, then its record. `hash` is the slice's.
+/// and skirts -> glTF bytes -> a file below `folder`, then its record. `hash` is the slice's;
+/// `earth` that of the slice's frame, if it has one.
 /// Errors: limit, io.
 tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
                           std::span<const std::shared_ptr<const dem::Pyramid>> pyramids,
-                          const std::filesystem::path& folder);
+                          const dem::Earth* earth, const std::filesystem::path& folder);
 
 /// The record of the tile baked from a slice of this hash, if it and its file are in `folder`.
 std::optional<tileset::Record> find_finished(const Digest& hash,

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/base/error.hpp"
+#include "tiling/glb/earth.hpp"
 #include "tiling/glb/glb.hpp"
 #include "tiling/store/store.hpp"
 
@@ -35,10 +37,27 @@ tileset::Manifest finished_bake(const fs::path& folder) {
   return manifest;
 }
 
+/// Around what lies in `box` on the Earth, in the scene frame: between its corners the map bends by
+/// less than a sphere of this radius [m] would.
+Box scene_box(const dem::Earth& earth, const Box& box) {
+  constexpr double bent = 6e6;
+  std::array<Vec3, 8> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    corners[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                  i & 4 ? box.max.z : box.min.z};
+  }
+  Box all;
+  for (const Vec3& corner : earth.scene(corners)) all.add(corner);
+  const Vec3 size = box.max - box.min;
+  return all.grown(dot(size, size) / bent);
+}
+
 }  // namespace
 
-Surfaces::Surfaces(const fs::path& folder) : folder_(folder), manifest_(finished_bake(folder)) {
-  for (const auto& record : manifest_.records) {
+Surfaces::Surfaces(const fs::path& folder)
+    : folder_(folder), manifest_(finished_bake(folder)), earth_(dem::earth_of(manifest_.frame)) {
+  for (auto& record : manifest_.records) {
+    if (earth_ && !record.empty) record.box = scene_box(*earth_, record.box);
     if (!record.empty) tiles_.emplace(record.key, &record);
   }
   check_files();
@@ -114,7 +133,9 @@ std::shared_ptr<const Sheet> Surfaces::sheet(const plan::Key& key) {
 std::shared_ptr<const Sheet> Surfaces::load(const tileset::Record& record) const {
   const auto where = (folder_ / store::tile_path(record.content)).string();
   const auto bytes = store::get_tile(folder_, record.content);
-  auto tile = glb::read(bytes, manifest_.lattice.step(record.key.level), where);
+  const double step = manifest_.lattice.step(record.key.level);
+  auto tile = glb::read(bytes, earth_ ? step / glb::finer : step, where);
+  if (earth_) tile = glb::from_earth(tile, *earth_, step, where);
   if (tile.surface.triangles.empty()) {
     throw Error(Fault::bad_input, where, "has no surface");
   }

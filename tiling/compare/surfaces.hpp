@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/box.hpp"
+#include "engine/dem/earth.hpp"
 #include "tiling/lod/buckets.hpp"
 #include "tiling/tileset/manifest.hpp"
 #include "tiling/tileset/patch.hpp"
@@ -61,6 +62,7 @@ class Surfaces {
 
   std::filesystem::path folder_;
   tileset::Manifest manifest_;
+  std::optional<dem::Earth> earth_;
   Vec3 shift_;
   std::map<plan::Key, const tileset::Record*> tiles_;
   std::map<plan::Key, Held> held_;

@@ -13,7 +13,10 @@ namespace {
 
 constexpr std::int64_t most_tiles = 4'000'000;
 constexpr int most_levels = 30;
-constexpr double most_relief = 16384;  // [cells] within a tile, whose coordinates have 24 bits
+/// [cells] within a tile, whose coordinates have 24 bits; on the Earth its steps are finer.
+double most_relief(const scene::Scene& scene) {
+  return scene.frame.vertical.empty() ? 16384 : 4096;
+}
 
 /// Tiles [low, high) of one axis that touch an open range of metres.
 struct Range {
@@ -28,10 +31,10 @@ Range tiles_over(double from, double to, double size) {
 /// Refuses elevations that rise and fall too much within a tile. Chunks tell most of the time,
 /// samples otherwise.
 void check_relief(const dem::Pyramid& pyramid, int level, std::size_t terrain,
-                  const Lattice& lattice, const Key& key) {
+                  const Lattice& lattice, const Key& key, double most) {
   const Box area = lattice.area(key);
   const auto fits = [&](const Interval& h) {
-    return h.high - h.low <= most_relief * lattice.spacing(key.level);
+    return h.high - h.low <= most * lattice.spacing(key.level);
   };
   const auto rough = pyramid.bounds(level, area);
   if (!rough || fits(*rough)) return;
@@ -42,8 +45,7 @@ void check_relief(const dem::Pyramid& pyramid, int level, std::size_t terrain,
       fmt::format("\"{}\" goes from {:.6g} to {:.6g} m within tile {}: {:.3g} cells of {} m, "
                   "the limit is {:.0f}",
                   pyramid.name(), h.low, h.high, key.text(),
-                  (h.high - h.low) / lattice.spacing(key.level), lattice.spacing(key.level),
-                  most_relief));
+                  (h.high - h.low) / lattice.spacing(key.level), lattice.spacing(key.level), most));
 }
 
 bool has_elevations(const scene::Scene& scene, const Lattice& lattice, const Key& key) {
@@ -53,7 +55,7 @@ bool has_elevations(const scene::Scene& scene, const Lattice& lattice, const Key
     const int level = pyramid.level_for(lattice.spacing(key.level));
     if (!pyramid.bounds(level, lattice.area(key))) continue;
     any = true;
-    check_relief(pyramid, level, i, lattice, key);
+    check_relief(pyramid, level, i, lattice, key, most_relief(scene));
   }
   return any;
 }

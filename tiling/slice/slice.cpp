@@ -41,6 +41,9 @@ std::string Slice::bytes() const {
               {"simplify", simplify},
               {"elevations", json::array()},
               {"ground", tree::to_json(ground)}};
+  if (earth) {
+    all["earth"] = {earth->crs, earth->unit, earth->origin_x, earth->origin_y, earth->vertical};
+  }
   for (const auto& e : elevations) all["elevations"].push_back(to_json(e));
   return all.dump();
 }
@@ -54,6 +57,7 @@ Slice cut(const scene::Scene& scene, const plan::Lattice& lattice, const plan::K
   slice.simplify = key.level == 0 ? scene.bake.simplify * lattice.spacing0
                                   : scene.bake.simplify_coarse * lattice.spacing(key.level);
   const Box near = reach(lattice, key);
+  if (!scene.frame.vertical.empty()) slice.earth = scene.frame;
   for (const auto& pyramid : scene.pyramids) {
     const int level = pyramid->level_for(slice.spacing());
     slice.elevations.push_back(

@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct Slice {
   Box world;                           // x and y of the world [m]
   std::string profile;                 // draco | plain
   double simplify = 0;                 // largest error of simplification [m]; 0: none
+  std::optional<dem::Frame> earth;     // where the tiles lie on the Earth
   std::vector<Elevations> elevations;  // one per ground.bodies
   tree::Ground ground;                 // pruned to `reach`
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "engine/base/file.hpp"
+#include "engine/dem/earth.hpp"
 #include "tiling/store/store.hpp"
 #include "tiling/tileset/manifest.hpp"
 #include "tiling/tileset/tree.hpp"
@@ -42,6 +43,7 @@ class Writer {
       if (!roots.empty()) root["children"] = roots;
     }
     root["refine"] = "REPLACE";
+    if (const auto earth = dem::earth_of(bake_.frame)) root["transform"] = earth->transform();
     return document(std::move(root), box);
   }
   const std::vector<fs::path>& files() const { return files_; }

@@ -24,6 +24,10 @@ json header(const Bake& bake) {
   }
   json elevations = json::array();
   for (const auto& digest : bake.elevations) elevations.push_back(digest.hex());
+  json frame{{"crs", bake.frame.crs},
+             {"unit", bake.frame.unit},
+             {"origin", {bake.frame.origin_x, bake.frame.origin_y}}};
+  if (!bake.frame.vertical.empty()) frame["vertical"] = bake.frame.vertical;
   return {{"hoodoo", 1},
           {"engine", bake.engine},
           {"name", bake.scene_name},
@@ -31,10 +35,7 @@ json header(const Bake& bake) {
           {"elevations", std::move(elevations)},
           {"complete", bake.complete()},
           {"planned", bake.planned.size()},
-          {"frame",
-           {{"crs", bake.frame.crs},
-            {"unit", bake.frame.unit},
-            {"origin", {bake.frame.origin_x, bake.frame.origin_y}}}},
+          {"frame", std::move(frame)},
           {"lattice",
            {{"spacing", bake.lattice.spacing0},
             {"step", bake.lattice.step0},
@@ -105,6 +106,7 @@ dem::Frame frame_of(const json& object, const std::string& where) {
   }
   frame.origin_x = origin[0].get<double>();
   frame.origin_y = origin[1].get<double>();
+  if (object.contains("vertical")) frame.vertical = text_of(object, "vertical", where);
   return frame;
 }
 

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 
+#include "tiling/glb/earth.hpp"
 #include "tiling/glb/glb.hpp"
 #include "tiling/lod/deviation.hpp"
 #include "tiling/store/store.hpp"
@@ -94,7 +95,10 @@ class Measurement {
     if (!node.has_content()) return;
     const auto bytes = store::get_tile(folder_, node.record->content);
     const auto where = store::tile_path(node.record->content).string();
-    add(patch, glb::read(bytes, bake_.lattice.step(key.level), where), corner);
+    // On the Earth, too, points are metres: distances need no map.
+    const double step = bake_.lattice.step(key.level);
+    add(patch, glb::read(bytes, bake_.frame.vertical.empty() ? step : step / glb::finer, where),
+        corner);
   }
   /// What is shown in place of `key`: its content, or what is below it where it has none.
   void add_surfaces(Patch& patch, const plan::Key& key, const Vec3& corner) const {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "engine/base/file.hpp"
 #include "engine/base/json.hpp"
+#include "tiling/glb/earth.hpp"
 #include "tiling/glb/glb.hpp"
 #include "tiling/store/store.hpp"
 #include "tiling/tileset/manifest.hpp"
@@ -141,6 +143,7 @@ class Inspection {
   explicit Inspection(const fs::path& folder)
       : folder_(folder),
         manifest_(read_manifest(folder)),
+        earth_(dem::earth_of(manifest_.frame)),
         boxes_(IndexWalk(folder, report_).run()) {}
 
   Verification run() {
@@ -179,7 +182,8 @@ class Inspection {
     const auto file = store::tile_path(record.content);
     const std::string where = (folder_ / file).string();
     const auto bytes = store::get_tile(folder_, record.content);
-    const auto tile = glb::read(bytes, manifest_.lattice.step(record.key.level), where);
+    const double step = manifest_.lattice.step(record.key.level);
+    const auto tile = glb::read(bytes, earth_ ? step / glb::finer : step, where);
     ++result_.tiles;
     result_.triangles += tile.surface.triangles.size();
     if (bytes.size() != record.bytes || tile.surface.triangles.size() != record.triangles ||
@@ -195,7 +199,7 @@ class Inspection {
     } else if (manifest_.complete) {
       report_.add(where, "is in bake.json, not in the tileset");
     }
-    seams.add(record.key, tile);
+    seams.add(record.key, earth_ ? glb::from_earth(tile, *earth_, step, where) : tile);
   }
 
   void sum_up(const Seams& seams, int level, std::uint64_t world_edges) {
@@ -218,6 +222,7 @@ class Inspection {
   const fs::path& folder_;
   Report report_;
   Manifest manifest_;
+  std::optional<dem::Earth> earth_;
   std::map<fs::path, Box> boxes_;  // of the tileset, those not met yet
   Verification result_;
 };

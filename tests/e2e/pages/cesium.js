@@ -1,4 +1,4 @@
-/** Draws a local tileset by CesiumJS on a flat magenta background. */
+/** Draws a tileset by CesiumJS on a flat magenta background. Points are in the frame of its boxes. */
 const { Cesium } = globalThis;
 Cesium.Ion.defaultAccessToken = undefined;
 
@@ -14,8 +14,8 @@ scene.msaaSamples = 1;
 scene.postProcessStages.fxaa.enabled = false;
 for (const body of [scene.sun, scene.moon]) if (body) body.show = false;
 
-/** A local tileset stands anywhere on the globe: its axes become east, north and up there. */
-const frame = Cesium.Transforms.eastNorthUpToFixedFrame(Cesium.Cartesian3.fromDegrees(-112.187, 37.593, 2400));
+/** A local tileset stands anywhere on the globe: its axes become east, north and up there. One on the Earth brings its frame. */
+let frame = Cesium.Transforms.eastNorthUpToFixedFrame(Cesium.Cartesian3.fromDegrees(-112.187, 37.593, 2400));
 const place = (point) => Cesium.Matrix4.multiplyByPoint(frame, new Cesium.Cartesian3(...point), new Cesium.Cartesian3());
 const turn = (vector) => Cesium.Matrix4.multiplyByPointAsVector(frame, vector, new Cesium.Cartesian3());
 
@@ -30,14 +30,20 @@ const nextFrame = () => new Promise((done) => {
   });
 });
 
+/** Longitude, latitude [degrees] and height [m] above the ellipsoid of the middle of what is loaded. */
 globalThis.loadTileset = async (url, error) => {
+  const { root } = await (await fetch(url)).json();
+  if (root.transform) frame = Cesium.Matrix4.fromArray(root.transform);
   tileset = await Cesium.Cesium3DTileset.fromUrl(url, {
-    maximumScreenSpaceError: error, dynamicScreenSpaceError: false, foveatedScreenSpaceError: false, modelMatrix: frame,
+    maximumScreenSpaceError: error, dynamicScreenSpaceError: false, foveatedScreenSpaceError: false,
+    modelMatrix: root.transform ? Cesium.Matrix4.IDENTITY : frame,
   });
   tileset.tileFailed.addEventListener(({ url: file, message }) => errors.push(`${file}: ${message}`));
   tileset.tileVisible.addEventListener((tile) => shown.add(tile.content.url));
   scene.renderError.addEventListener((where, reason) => errors.push(String(reason)));
   scene.primitives.add(tileset);
+  const { longitude, latitude, height } = Cesium.Cartographic.fromCartesian(tileset.boundingSphere.center);
+  return [Cesium.Math.toDegrees(longitude), Cesium.Math.toDegrees(latitude), height];
 };
 
 /** Draws until everything needed is there; the files on screen and what went wrong. */
