@@ -4,6 +4,7 @@
 #include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "engine/scene/scene.hpp"
@@ -37,6 +38,7 @@ struct Resources {
 struct BakeOptions {
   std::string scene, folder, only, shard, cache, progress = "auto";
   Resources resources;
+  std::optional<int> draco_speed;
   bool force = false;
 };
 
@@ -92,7 +94,8 @@ int run_bake(const BakeOptions& options, bool as_json) {
   }
   settings.cache = options.cache;
   const fs::path file = options.scene;
-  const auto scene = scene::read(file);
+  auto scene = scene::read(file);
+  if (options.draco_speed && scene.is_object()) scene["bake"]["draco_speed"] = *options.draco_speed;
   const auto result = bake::run(scene, {file.parent_path().empty() ? "." : file.parent_path(), {}},
                                 options.folder, settings);
   report(result, options.folder, as_json);
@@ -115,6 +118,10 @@ void add_bake(CLI::App& app, int* exit) {
       ->excludes(only);
   command->add_option("--cache", options->cache,
                       "Folder of finished tiles to share between bakes and machines");
+  command
+      ->add_option("--draco-speed", options->draco_speed,
+                   "Instead of the scene's: 0 gives the smallest tiles, 10 takes least time")
+      ->check(CLI::Range(0, 10));
   command->add_flag("--force", options->force, "Bake tiles again that are finished");
   command->add_option("--progress", options->progress, "auto, bar, lines or off")
       ->check(CLI::IsMember({"auto", "bar", "lines", "off"}))

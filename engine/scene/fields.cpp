@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 using tree::Problems;
 
-constexpr std::array<std::string_view, 2> profiles = {"draco", "plain"};
+constexpr std::array<std::string_view, 3> profiles = {"draco", "meshopt", "plain"};
 constexpr std::array<std::string_view, 2> frames = {"local", "ecef"};
 constexpr std::size_t most_corners = 100'000;
 constexpr tree::Range anywhere = tree::within(-tree::farthest, tree::farthest);

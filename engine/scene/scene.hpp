@@ -34,7 +34,8 @@ struct BakeSettings {
   int levels = 0;                 // 0: until one tile covers the world
   double simplify = 0.1;          // leaves [s_0]; 0: not at all
   double simplify_coarse = 0.5;   // other levels [s_L]
-  std::string profile = "draco";  // draco | plain
+  std::string profile = "draco";  // draco | meshopt | plain
+  int draco_speed = 5;            // 0 to 10
   std::string frame = "local";    // local | ecef
   std::string vertical;           // what heights count from, for ecef; "": what the DEM says
 
@@ -55,8 +56,11 @@ struct BakeSettings {
                   "Largest error of simplification at the finest level; 0 is none."},
         Number<T>{"simplify_coarse", &T::simplify_coarse, "spacings", within(0, 10), 0.5,
                   "The same for the other levels, in their own spacings."},
-        Special<T, std::string>{"profile", &T::profile, profile_form, std::string("draco"),
-                                "Encoding of the tiles: Draco compression, or plain glTF."},
+        Special<T, std::string>{
+            "profile", &T::profile, profile_form, std::string("draco"),
+            "Encoding of the tiles: Draco or meshopt compression, or plain glTF."},
+        Whole<T>{"draco_speed", &T::draco_speed, 0, 10, 5,
+                 "Speed of Draco's encoder: 0 gives the smallest tiles, 10 takes least time."},
         Special<T, std::string>{"frame", &T::frame, frame_form, std::string("local"),
                                 "Where the tileset lies: in the scene's own frame, or on the Earth "
                                 "(EPSG:4978), every vertex through PROJ."},

@@ -1,5 +1,6 @@
 // The tileset: streaming, how its tiles look, and what is on screen.
 import { Box3, EventDispatcher, Group, Matrix4, Mesh } from 'three';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { DRACOLoader } from 'three/addons/loaders/DRACOLoader.js';
 import { TilesRenderer } from '3d-tiles-renderer/three';
 import { GLTFExtensionsPlugin } from '3d-tiles-renderer/three/plugins';
@@ -50,7 +51,9 @@ export class Terrain extends EventDispatcher {
   #load() {
     const tiles = new TilesRenderer(this.url);
     tiles.registerPlugin(new Meter((bytes) => { this.bytes += bytes; }));
-    tiles.registerPlugin(new GLTFExtensionsPlugin({ dracoLoader: this.draco, metadata: true }));
+    tiles.registerPlugin(new GLTFExtensionsPlugin({
+      dracoLoader: this.draco, meshoptDecoder: MeshoptDecoder, metadata: true,
+    }));
     tiles.errorTarget = this.errorTarget;
     tiles.setCamera(this.stage.camera);
     tiles.addEventListener('load-model', ({ scene, tile }) => this.#dress(scene, tile));

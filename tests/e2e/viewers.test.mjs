@@ -51,6 +51,12 @@ const worlds = [
     cameras: { whole: [[-0.3, -0.5, 0.6], [0.5, 0.5, 0.02]], 'over the rim': [[0.1, 0.1, 0.12], [0.7, 0.8, 0.03]] },
   },
   {
+    name: 'the same by meshopt', dem: 'zion_90m_epsg4326_u16.tif',
+    scene: (folder, dem) => writeFile(join(folder, 'scene.json'), JSON.stringify(
+      sceneAt(dem, 0.5, 0.5, 75, [34000, 42000], { profile: 'meshopt' }))),
+    cameras: { 'over the rim': [[0.1, 0.1, 0.12], [0.7, 0.8, 0.03]] },
+  },
+  {
     name: 'the same on the Earth', dem: 'zion_90m_epsg4326_u16.tif',
     scene: (folder, dem) => writeFile(join(folder, 'scene.json'), JSON.stringify(
       sceneAt(dem, 0.5, 0.5, 75, [34000, 42000], { frame: 'ecef', vertical: 'EPSG:5773' }))),

@@ -63,6 +63,7 @@ Digest digest_of(const scene::Scene& scene) {
       {"ground", tree::to_json(scene.ground)},
       {"pyramids", json::array()}};
   for (const auto& pyramid : scene.pyramids) all["pyramids"].push_back(pyramid->digest().hex());
+  if (scene.bake.draco_speed != 5) all["draco_speed"] = scene.bake.draco_speed;
   if (!scene.frame.vertical.empty()) all["vertical"] = scene.frame.vertical;
   return sha256(all.dump());
 }

@@ -59,6 +59,7 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
     glb::Content content;
     content.step = slice.step();
     content.materials = slice.ground.materials;
+    content.draco_speed = slice.draco_speed;
     for (std::size_t a = 0; a < 3; ++a) content.origin[a] = volume.low()[a] * slice.lattice.units();
     content.surface = surface::shade(surface, land, content.origin);
     content.skirt = surface::skirts(surface, content.surface, land, content.origin,

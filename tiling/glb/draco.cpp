@@ -14,9 +14,6 @@
 namespace hoodoo::glb {
 namespace {
 
-/// Encoder and decoder speed, 0 smallest to 10 fastest. 5 encodes 2 to 4 million triangles a
-/// second; 0 takes a tenth to a fifth off the bytes and more than doubles the time.
-constexpr int speed = 5;
 constexpr int normal_bits = 10;
 /// One less than a float's significand: the quantiser adds a half before it rounds down.
 constexpr int most_position_bits = 23;
@@ -73,7 +70,7 @@ draco::Options quantization(const Grid& grid, double step) {
 
 }  // namespace
 
-Compressed compress(const Primitive& primitive, double step, bool wide_ids) {
+Compressed compress(const Primitive& primitive, double step, bool wide_ids, int speed) {
   const Grid grid = grid_of(primitive, step);
   for (const auto& n : primitive.normals) {
     if (!(std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z))) {

@@ -18,17 +18,18 @@ struct Content {
   surface::Mesh surface, skirt;          // the skirt may be empty
   std::array<std::int64_t, 3> origin{};  // of the points, in steps from the scene origin
   double step = 1;                       // [m], a power of two
+  int draco_speed = 5;                   // of its encoder, 0 smallest to 10 fastest
   std::vector<tree::Material> materials;
 };
 
 /// A binary glTF 2.0: one mesh with a primitive for the surface and one for the skirt (marked in
 /// its extras: {"hoodoo": {"role": "skirt"}}), y up, metres, the origin in the node's translation.
 /// Positions are exact multiples of the step after decoding: `draco` uses explicit quantisation
-/// with range (2^bits - 1) * step, `plain` writes float32. Material ids are the feature ids of
-/// EXT_mesh_features, their names, colours, resistance and friction a property table of
-/// EXT_structural_metadata. The asset's extras tell the step: {"hoodoo": {"step": 0.0039}}. Same
-/// content, same bytes.
-/// Errors: limit, when the tile is larger than 23 bits of steps, or a point needs more than 24.
+/// with range (2^bits - 1) * step, `meshopt` whole steps with one exponent, `plain` writes float32.
+/// Material ids are the feature ids of EXT_mesh_features, their names, colours, resistance and
+/// friction a property table of EXT_structural_metadata. The asset's extras tell the step:
+/// {"hoodoo": {"step": 0.0039}}. Same content, same bytes. Errors: limit, when the tile is larger
+/// than 23 bits of steps, or a point needs more than 24.
 std::vector<std::byte> write(const Content& content, std::string_view profile);
 
 /// Vertices of all primitives in what `write` gave: Draco splits one where parts of a surface meet

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -8,6 +10,7 @@
 #include "engine/base/json.hpp"
 #include "tiling/glb/draco.hpp"
 #include "tiling/glb/glb.hpp"
+#include "tiling/glb/meshopt.hpp"
 
 namespace hoodoo::glb {
 namespace {
@@ -51,12 +54,11 @@ class File {
   }
   Bytes view(const json& index) const {
     const json& entry = json_.at("bufferViews").at(natural(index));
-    const auto offset = entry.contains("byteOffset") ? natural(entry.at("byteOffset")) : 0;
-    const auto size = natural(entry.at("byteLength"));
-    if (offset > binary_.size() || size > binary_.size() - offset) {
-      throw refuse("has a buffer view that leaves its buffer");
-    }
-    return binary_.subspan(offset, size);
+    const json extensions = entry.value("extensions", json::object());
+    if (!extensions.contains("EXT_meshopt_compression")) return stored(entry);
+    const json& packed = extensions.at("EXT_meshopt_compression");
+    unpacked_.push_back(unpack(stored(packed), packed, where_));
+    return unpacked_.back();
   }
   const json& accessor(const json& index) const { return json_.at("accessors").at(natural(index)); }
 
@@ -76,6 +78,15 @@ class File {
   }
 
  private:
+  /// Bytes that `entry` names by offset and length.
+  Bytes stored(const json& entry) const {
+    const auto offset = entry.contains("byteOffset") ? natural(entry.at("byteOffset")) : 0;
+    const auto size = natural(entry.at("byteLength"));
+    if (offset > binary_.size() || size > binary_.size() - offset) {
+      throw refuse("has a buffer view that leaves its buffer");
+    }
+    return binary_.subspan(offset, size);
+  }
   static std::uint32_t word(Bytes bytes, std::size_t at) {
     std::uint32_t value;
     std::memcpy(&value, bytes.data() + at, sizeof value);
@@ -85,16 +96,31 @@ class File {
   std::string where_;
   json json_;
   Bytes binary_;
+  mutable std::deque<std::vector<std::byte>> unpacked_;  // what views hold that are packed
 };
 
-constexpr int type_u8 = 5121, type_u16 = 5123, type_u32 = 5125, type_float = 5126;
+constexpr int type_u8 = 5121, type_i16 = 5122, type_u16 = 5123, type_u32 = 5125, type_float = 5126;
+
+/// Of floats, or of shorts that stand for parts of 32767 [glTF 2.0, 3.11].
+std::vector<Vec3f> read_normals(const File& file, const json& index) {
+  if (file.accessor(index).at("componentType") != type_i16) {
+    return file.elements<Vec3f>(index, type_float, 12);
+  }
+  std::vector<Vec3f> normals;
+  for (const auto& v : file.elements<std::array<std::int16_t, 3>>(index, type_i16, 8)) {
+    const auto part = [](std::int16_t c) { return std::max(-1.0, c / 32767.0); };
+    const Vec3 n = normalized({part(v[0]), part(v[1]), part(v[2])});
+    normals.push_back({static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)});
+  }
+  return normals;
+}
 
 Primitive read_plain(const File& file, const json& source) {
   Primitive primitive;
   const json& attributes = source.at("attributes");
   primitive.positions =
       file.elements<std::array<float, 3>>(attributes.at("POSITION"), type_float, 12);
-  primitive.normals = file.elements<Vec3f>(attributes.at("NORMAL"), type_float, 12);
+  primitive.normals = read_normals(file, attributes.at("NORMAL"));
   const auto indices = file.elements<std::uint32_t>(source.at("indices"), type_u32, 4);
   primitive.triangles.resize(indices.size() / 3);
   for (std::size_t i = 0; i < primitive.triangles.size(); ++i) {

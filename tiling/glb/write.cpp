@@ -1,12 +1,17 @@
 #include <algorithm>
 #include <cassert>
+#include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string_view>
+#include <utility>
 
 #include "engine/base/error.hpp"
 #include "tiling/glb/draco.hpp"
 #include "tiling/glb/glb.hpp"
+#include "tiling/glb/meshopt.hpp"
 #include "tiling/glb/metadata.hpp"
 #include "tiling/slice/slice.hpp"
 
@@ -14,6 +19,7 @@ namespace hoodoo::glb {
 namespace {
 
 constexpr const char* draco_extension = "KHR_draco_mesh_compression";
+constexpr const char* meshopt_extension = "EXT_meshopt_compression";
 
 /// z up to y up: (x, y, z) -> (x, z, -y).
 Primitive to_gltf(const surface::Mesh& mesh, double step) {
@@ -69,8 +75,15 @@ class Builder {
 
   tinygltf::Model& model() { return model_; }
 
-  void add_draco(const Primitive& primitive) {
-    const Compressed compressed = compress(primitive, step_, wide_ids_);
+  void require(std::initializer_list<const char*> extensions) {
+    for (const char* name : extensions) {
+      model_.extensionsUsed.emplace_back(name);
+      model_.extensionsRequired.emplace_back(name);
+    }
+  }
+
+  void add_draco(const Primitive& primitive, int speed) {
+    const Compressed compressed = compress(primitive, step_, wide_ids_, speed);
     const int view = add_view(model_, std::as_bytes(std::span(compressed.bytes)));
     auto result = accessors(primitive, compressed.vertices, compressed.triangles);
     result.extensions[draco_extension] =
@@ -103,6 +116,26 @@ class Builder {
     finish(std::move(result), primitive);
   }
 
+  void add_meshopt(const Primitive& given) {
+    const Primitive primitive = reordered(given);
+    auto result = accessors(primitive, primitive.positions.size(), primitive.triangles.size());
+    auto& normals = model_.accessors[static_cast<std::size_t>(result.attributes["NORMAL"])];
+    normals.componentType = TINYGLTF_COMPONENT_TYPE_SHORT;
+    normals.normalized = true;
+    const auto put = [&](int accessor, Packed packed) {
+      const int view = add_view(model_, std::as_bytes(std::span(packed.bytes)));
+      model_.accessors[static_cast<std::size_t>(accessor)].bufferView = view;
+      packed.bytes.clear();
+      packed_.emplace_back(view, std::move(packed));
+    };
+    put(result.indices, pack_triangles(primitive));
+    put(result.attributes["POSITION"], pack_positions(primitive, step_));
+    put(result.attributes["NORMAL"], pack_normals(primitive));
+    put(result.attributes["COLOR_0"], pack_colors(primitive));
+    put(result.attributes["_FEATURE_ID_0"], pack_materials(primitive));
+    finish(std::move(result), primitive);
+  }
+
   void mark_last_as_skirt() {
     mesh_.primitives.back().extras = to_value({{"hoodoo", {{"role", "skirt"}}}});
   }
@@ -125,12 +158,44 @@ class Builder {
     if (!writer.WriteGltfSceneToStream(&model_, stream, false, true)) {
       throw Error(Fault::internal, "", "tinygltf cannot write a tile");
     }
-    const auto text = stream.view();
-    const auto bytes = std::as_bytes(std::span(text));
+    if (!packed_.empty()) return with_fallback(stream.view());
+    const auto bytes = std::as_bytes(std::span(stream.view()));
     return {bytes.begin(), bytes.end()};
   }
 
  private:
+  /// The file with its packed views as the extension describes them, which tinygltf cannot: they
+  /// lie in a second buffer that has a length and no bytes.
+  std::vector<std::byte> with_fallback(std::string_view file) const {
+    const std::string_view binary = file.substr(20 + chunk_length(file, 12));
+    auto root = nlohmann::json::parse(file.substr(20, chunk_length(file, 12)));
+    std::size_t length = 0;
+    for (const auto& [index, packed] : packed_) {
+      auto& view = root.at("bufferViews").at(static_cast<std::size_t>(index));
+      view = packed_view(view, packed, length);
+      length += (packed.count * packed.stride + 3) / 4 * 4;
+    }
+    root.at("buffers").push_back(
+        {{"byteLength", length}, {"extensions", {{meshopt_extension, {{"fallback", true}}}}}});
+    std::string text = root.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    std::string all(file.substr(0, 20));
+    put_length(all, 8, 20 + text.size() + binary.size());
+    put_length(all, 12, text.size());
+    all.append(text).append(binary);
+    const auto bytes = std::as_bytes(std::span(all));
+    return {bytes.begin(), bytes.end()};
+  }
+  static std::size_t chunk_length(std::string_view file, std::size_t at) {
+    std::uint32_t length = 0;
+    std::memcpy(&length, file.data() + at, sizeof length);
+    return length;
+  }
+  static void put_length(std::string& file, std::size_t at, std::size_t length) {
+    const auto word = static_cast<std::uint32_t>(length);
+    std::memcpy(file.data() + at, &word, sizeof word);
+  }
+
   int accessor(int type, int component, std::size_t count) {
     tinygltf::Accessor result;
     result.bufferView = -1;
@@ -172,22 +237,21 @@ class Builder {
   bool wide_ids_;
   tinygltf::Model model_;
   tinygltf::Mesh mesh_;
+  std::vector<std::pair<int, Packed>> packed_;  // by buffer view; without their bytes
 };
 
 }  // namespace
 
 std::vector<std::byte> write(const Content& content, std::string_view profile) {
-  assert(profile == "draco" || profile == "plain");
+  assert(profile == "draco" || profile == "meshopt" || profile == "plain");
   assert(!content.surface.triangles.empty());
-  const bool draco = profile == "draco";
   Builder builder(content.step, content.materials.size() > most_short_id);
-  if (draco) {
-    builder.model().extensionsUsed.emplace_back(draco_extension);
-    builder.model().extensionsRequired.emplace_back(draco_extension);
-  }
+  if (profile == "draco") builder.require({draco_extension});
+  if (profile == "meshopt") builder.require({meshopt_extension, "KHR_mesh_quantization"});
   const auto add = [&](const surface::Mesh& mesh) {
     const Primitive primitive = to_gltf(mesh, content.step);
-    draco ? builder.add_draco(primitive) : builder.add_plain(primitive);
+    if (profile == "draco") return builder.add_draco(primitive, content.draco_speed);
+    profile == "meshopt" ? builder.add_meshopt(primitive) : builder.add_plain(primitive);
   };
   add(content.surface);
   if (!content.skirt.triangles.empty()) {

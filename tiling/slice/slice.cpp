@@ -44,6 +44,7 @@ std::string Slice::bytes() const {
   if (earth) {
     all["earth"] = {earth->crs, earth->unit, earth->origin_x, earth->origin_y, earth->vertical};
   }
+  if (profile == "draco" && draco_speed != 5) all["draco_speed"] = draco_speed;
   for (const auto& e : elevations) all["elevations"].push_back(to_json(e));
   return all.dump();
 }
@@ -54,6 +55,7 @@ Slice cut(const scene::Scene& scene, const plan::Lattice& lattice, const plan::K
   slice.lattice = lattice;
   slice.world = scene.extent;
   slice.profile = scene.bake.profile;
+  slice.draco_speed = scene.bake.draco_speed;
   slice.simplify = key.level == 0 ? scene.bake.simplify * lattice.spacing0
                                   : scene.bake.simplify_coarse * lattice.spacing(key.level);
   const Box near = reach(lattice, key);

@@ -26,8 +26,9 @@ struct Elevations {
 struct Slice {
   plan::Key key;
   plan::Lattice lattice;
-  Box world;                           // x and y of the world [m]
-  std::string profile;                 // draco | plain
+  Box world;            // x and y of the world [m]
+  std::string profile;  // draco | meshopt | plain
+  int draco_speed = 5;
   double simplify = 0;                 // largest error of simplification [m]; 0: none
   std::optional<dem::Frame> earth;     // where the tiles lie on the Earth
   std::vector<Elevations> elevations;  // one per ground.bodies

@@ -1,10 +1,11 @@
 /** Draws the surfaces of tiles as one mesh, welded where their vertices agree to the bit. */
 import * as THREE from 'three';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { DRACOLoader } from 'three/addons/loaders/DRACOLoader.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 const draco = new DRACOLoader().setDecoderPath('/node_modules/three/examples/jsm/libs/draco/gltf/');
-const loader = new GLTFLoader().setDRACOLoader(draco);
+const loader = new GLTFLoader().setDRACOLoader(draco).setMeshoptDecoder(MeshoptDecoder);
 const atOnce = 8;
 
 /** Surfaces without skirts, positions as doubles in the frame of the tileset: z up. */

@@ -51,7 +51,7 @@ double degrees_between(const Vec3f& a, const Vec3f& b) {
 
 TEST(TilesOnTheEarth, ComeBackStepByStepFromTheirFiles) {
   const dem::Earth earth({"EPSG:32632", 1, 350'000, 5'100'000, "EPSG:5773"});
-  for (const char* profile : {"plain", "draco"}) {
+  for (const char* profile : {"plain", "draco", "meshopt"}) {
     const auto content = content_at({40'000 * 256 + 17, 49'000 * 256, 1800 * 256});
     const auto laid = on_earth(content, earth);
     const auto found =

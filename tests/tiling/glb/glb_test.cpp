@@ -47,7 +47,7 @@ auto corners(const Part& part) {
 }
 
 class Profile : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Both, Profile, testing::Values("draco", "plain"),
+INSTANTIATE_TEST_SUITE_P(All, Profile, testing::Values("draco", "meshopt", "plain"),
                          [](const auto& profile) { return std::string(profile.param); });
 
 TEST_P(Profile, DecodesToTheSamePositionsMaterialsAndTriangles) {
