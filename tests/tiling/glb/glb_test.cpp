@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <string_view>
 
 #include "engine/base/error.hpp"
 #include "tests/tiling/lod/meshes.hpp"
@@ -96,6 +97,10 @@ TEST_P(Profile, GivesTheSameBytesEveryTime) {
 }
 
 TEST_P(Profile, IsReadByTinygltfWithBoundsAndCountsThatHold) {
+  if (std::string_view(GetParam()) == "meshopt") {
+    GTEST_SKIP() << "tinygltf does not know EXT_meshopt_compression; tests/e2e/profiles.test.mjs "
+                    "reads it with gltf-transform";
+  }
   const Content in = content();
   const auto bytes = write(in, GetParam());
   tinygltf::Model model;
