@@ -31,6 +31,8 @@ class FileWriter {
   /// Goes there, back or on; what is left out reads as zeros.
   void seek(std::uint64_t position);
   void commit();
+  /// The temporary, for a library that writes by name: before `commit`, and instead of `write`.
+  const std::filesystem::path& temporary() const { return part_; }
 
  private:
   void flush();

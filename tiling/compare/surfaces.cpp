@@ -18,16 +18,7 @@ constexpr std::size_t most_held = 12;
 constexpr std::size_t most_problems = 20;
 
 tileset::Manifest finished_bake(const fs::path& folder) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) {
-    throw Error(Fault::not_found, folder.string(), "is no folder");
-  }
-  if (!fs::exists(folder / "bake.json", error)) {
-    const bool begun = fs::exists(folder / ".hoodoo", error);
-    throw Error(Fault::bad_input, folder.string(),
-                begun ? "holds a bake that is not finished: it has no bake.json"
-                      : "holds no bake: it has no bake.json");
-  }
+  tileset::expect_bake(folder);
   auto manifest = tileset::read_manifest(folder);
   if (!manifest.complete) {
     throw Error(Fault::bad_input, folder.string(), "holds a bake that is not finished");
