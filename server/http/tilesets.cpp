@@ -56,9 +56,13 @@ Response Tilesets::serve(std::string_view name, std::string_view file,
   if (found == tilesets_.end()) return problem(404, "There is no such tileset.");
   const auto& [folder, archive] = found->second;
   if (!archive) return serve_file({folder, extensions}, file, request);
-  const auto part = may_be_served(file, extensions) ? archive->find(file) : std::nullopt;
-  if (!part) return problem(404, "There is no such file.");
-  return serve_part({archive->descriptor(), part->offset, part->length}, file, request);
+  try {
+    const auto part = may_be_served(file, extensions) ? archive->find(file) : std::nullopt;
+    if (!part) return problem(404, "There is no such file.");
+    return serve_part({archive->descriptor(), part->offset, part->length}, file, request);
+  } catch (const Error& error) {  // a damaged archive is no fault of who asks
+    throw Error(Fault::internal, error.problems);
+  }
 }
 
 }  // namespace hoodoo::http

@@ -22,10 +22,10 @@ struct Region {
 };
 
 struct Settings {
-  int level = 0;                 // 0 is the finest
-  std::optional<Region> region;  // all of the world where there is none
-  std::optional<double> voxel;   // side [m] of a voxel of a VDB; the level's spacing
-  std::optional<double> pixel;   // side [m] of a pixel of a height map; the level's spacing
+  int level = 0;                      // 0 is the finest
+  std::optional<Region> region = {};  // all of the world where there is none
+  std::optional<double> voxel = {};   // side [m] of a voxel of a VDB; the level's spacing
+  std::optional<double> pixel = {};   // side [m] of a pixel of a height map; the level's spacing
 };
 
 struct Report {

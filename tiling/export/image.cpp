@@ -23,7 +23,11 @@ Error failed(const fs::path& file, const std::string& why = {}) {
 class Png final : public Rows {
  public:
   Png(const fs::path& file, const Canvas& canvas)
-      : path_(file), file_(file), output_(OIIO::ImageOutput::create("png")) {
+      : path_(file),
+        file_(file),
+        output_(OIIO::ImageOutput::create("png")),
+        width_(static_cast<std::size_t>(canvas.width)),
+        left_(canvas.height) {
     if (!output_) throw Error(Fault::internal, file.string(), "OpenImageIO has no PNG");
     const OIIO::ImageSpec spec(static_cast<int>(canvas.width), static_cast<int>(canvas.height), 1,
                                OIIO::TypeDesc::UINT16);
@@ -31,10 +35,17 @@ class Png final : public Rows {
       throw failed(path_, output_->geterror());
     }
   }
-  void add(std::span<const std::uint16_t> row) override {
-    if (!output_->write_scanline(next_++, 0, OIIO::TypeDesc::UINT16, row.data())) {
-      throw failed(path_, output_->geterror());
+  /// A file that is given up is filled first: libpng writes to stderr when rows are missing.
+  ~Png() override {
+    const std::vector<std::uint16_t> blank(width_);
+    while (left_ > 0 && write(blank)) {
     }
+  }
+  Png(const Png&) = delete;
+  Png& operator=(const Png&) = delete;
+
+  void add(std::span<const std::uint16_t> row) override {
+    if (!write(row)) throw failed(path_, output_->geterror());
   }
   void finish() override {
     if (!output_->close()) throw failed(path_, output_->geterror());
@@ -42,9 +53,16 @@ class Png final : public Rows {
   }
 
  private:
+  bool write(std::span<const std::uint16_t> row) {
+    --left_;
+    return output_->write_scanline(next_++, 0, OIIO::TypeDesc::UINT16, row.data());
+  }
+
   fs::path path_;
   FileWriter file_;
   std::unique_ptr<OIIO::ImageOutput> output_;
+  std::size_t width_;
+  std::int64_t left_;  // rows
   int next_ = 0;
 };
 
