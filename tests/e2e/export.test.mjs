@@ -24,7 +24,8 @@ before(async () => {
                 { name: 'limestone', color: '#cfc6b0', resistance: [0.5, 1], friction: 0.8 }],
     geology: { type: 'strata', wavelength: 12, octaves: 3 },
     terrains: [{ id: 'land', dem: 'dem.tif', falloff: 8 }],
-    operations: [{ id: 'ball', op: 'union', tree: { type: 'sphere', center: [95, 96, 200], radius: 10, falloff: 8 } }],
+    operations: [{ id: 'ball', op: 'union', tree: { type: 'sphere', center: [95, 96, 200], radius: 14, falloff: 8 } },
+                 { id: 'hollow', op: 'difference', tree: { type: 'sphere', center: [95, 96, 200], radius: 7, falloff: 8 } }],
     bake: { spacing: 1, tile_cells: 64 },
   }));
   const baked = await hoodoo(['bake', at('scene.json'), '-o', at('bake')]);
@@ -115,15 +116,14 @@ test('A level set has a narrow band, and is read as voxels of another scene', as
   await writeFile(at('again.json'), JSON.stringify({
     hoodoo: 1,
     terrains: [{ id: 'land', dem: 'dem.tif', falloff: 8 }],
-    operations: [{ id: 'copy', op: 'union', tree: { type: 'grid', file: 'rock.vdb' } }],
+    operations: [{ id: 'copy', op: 'union', tree: { type: 'grid', file: 'rock.vdb', low: 2, high: -2 } }],
   }));
-  const points = 'x,y,z\n95,96,200\n95,96,215\n95,96,185\n';
-  await writeFile(at('points.csv'), points);
+  const places = { hollow: 200, shell: 210, 'below it': 189, 'over it': 219, 'under it': 180 };
+  await writeFile(at('points.csv'), 'x,y,z\n' + Object.values(places).map((z) => `95,96,${z}\n`).join(''));
   const probed = await hoodoo(['probe', at('again.json'), '--points', at('points.csv')]);
   assert.equal(probed.code, 0, probed.stderr);
   const fields = probed.stdout.trim().split('\n').slice(1).map((line) => Number(line.split(',')[3]));
-  assert.ok(fields[0] > 0.5, `inside the ball: ${fields[0]}`);
-  assert.ok(fields[1] < 0.5 && fields[2] < 0.5, `over and under it: ${fields}`);
+  assert.deepEqual(fields.map((field) => field > 0.5), [false, true, true, false, false], `${Object.keys(places)}: ${fields}`);
 });
 
 test('A height map is a DEM: the ball is seen from above', async () => {
@@ -137,7 +137,7 @@ test('A height map is a DEM: the ball is seen from above', async () => {
   assert.equal(nodata, 0);
   const [x, y] = bake.frame.origin;
   assert.deepEqual(transform, [x, 1, 0, y + 192, 0, -1]);
-  assert.ok(place.highest >= 209 && place.highest < 211, `${place.highest} m`);
+  assert.ok(place.highest >= 213 && place.highest < 215, `${place.highest} m`);
   const other = await exported('b.png', '--pixel', '4', '--region', '0,0,100,50');
   assert.deepEqual([other.width, other.height], [25, 13]);
 });

@@ -51,8 +51,8 @@ struct Report {
 ///         are split where materials meet, at one position). Positions are floats, exact up to 2^24
 ///         steps from the middle.
 ///   vdb   a level set, negative inside. The solid is closed by upright walls where the surface
-///         ends and by a floor four voxels below its lowest point. A cave without a way out is
-///         filled: OpenVDB finds the inside from the outside.
+///         ends and by a floor four voxels below its lowest point; caves without a way out are
+///         hollow.
 /// A height map shows the highest surface over the centre of each pixel, north up, in 16 bits: 0
 /// where there is none, else `offset` + `scale` times the value [m]. A region is cut to whole
 /// pixels, which lie at multiples of their side. FILE.json beside it tells offset, scale, place and

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Composite.h>
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "engine/base/file_writer.hpp"
 #include "engine/base/hash.hpp"
 #include "tiling/export/formats.hpp"
+#include "tiling/export/shells.hpp"
 #include "tiling/export/solid.hpp"
 #include "tiling/export/weld.hpp"
 
@@ -74,6 +76,18 @@ openvdb::FloatGrid::Ptr level_set(const tileset::Patch& patch, double voxel) {
                                                             half_width);
 }
 
+/// OpenVDB finds the inside from the outside alone, so cavities are taken out afterwards.
+openvdb::FloatGrid::Ptr level_set(const Shells& shells, double voxel) {
+  auto grid = level_set(shells.solids, voxel);
+  if (!shells.cavities.triangles.empty()) {
+    openvdb::tools::csgDifference(*grid, *level_set(shells.cavities, voxel));
+  }
+  if (!shells.inner.triangles.empty()) {
+    openvdb::tools::csgUnion(*grid, *level_set(shells.inner, voxel));
+  }
+  return grid;
+}
+
 /// OpenVDB gives each file a UUID by chance. It takes one from the content instead, so that the
 /// same grid gives the same bytes. Its 36 digits follow the magic number, three versions and a
 /// flag.
@@ -124,9 +138,11 @@ Report write_vdb(const Selection& selection, const fs::path& file, double voxel)
   report.triangles = mesh.patch.triangles.size();
   double low = Box::infinity;
   for (const auto& p : mesh.patch.points) low = std::min(low, p.z);
-  close(mesh.patch, low - depth * voxel);
   check(mesh.patch, voxel);
-  const auto grid = level_set(mesh.patch, voxel);
+  auto shells = sort_shells(mesh.patch);
+  mesh.patch = {};
+  close(shells.solids, low - depth * voxel);
+  const auto grid = level_set(shells, voxel);
   grid->setName("surface");
   grid->setCreator("hoodoo " + selection.bake().engine);
   report.voxels = grid->activeVoxelCount();

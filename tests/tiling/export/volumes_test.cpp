@@ -127,7 +127,7 @@ struct HeightMap : Grids {
     EXPECT_EQ(image->spec().nchannels, 1);
     EXPECT_EQ(image->spec().format, OIIO::TypeDesc::UINT16);
     pixels.resize(static_cast<std::size_t>(width * height));
-    ASSERT_TRUE(image->read_image(OIIO::TypeDesc::UINT16, pixels.data()));
+    ASSERT_TRUE(image->read_image(0, 0, 0, 1, OIIO::TypeDesc::UINT16, pixels.data()));
     place = json::parse(read_file(file.string() + ".json", 1 << 20));
     EXPECT_EQ(place["width"], width);
     EXPECT_EQ(place["height"], height);
