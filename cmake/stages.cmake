@@ -14,6 +14,8 @@ set(HOODOO_STAGES
   tiling/store
   tiling/tileset
   tiling/compare
+  tiling/archive
+  tiling/export
   tiling/bake
   server/job
   server/http)

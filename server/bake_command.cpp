@@ -132,7 +132,7 @@ void add_bake(CLI::App& app, int* exit) {
 void add_serve(CLI::App& app, int* exit) {
   struct Options {
     std::string listen = "127.0.0.1:8080", data = "hoodoo-data", cache, viewer, public_url;
-    std::vector<std::string> roots;
+    std::vector<std::string> roots, tilesets;
     Resources resources;
   };
   auto options = std::make_shared<Options>();
@@ -143,6 +143,9 @@ void add_serve(CLI::App& app, int* exit) {
   command->add_option("--cache", options->cache,
                       "Folder of finished tiles to share between bakes and machines");
   command->add_option("--root", options->roots, "Folder below which a scene may find its DEMs");
+  command->add_option("--tileset", options->tilesets,
+                      "Folder or .3tz archive of a finished tileset to stream as /tilesets/NAME/, "
+                      "which pages of any origin may read");
   command->add_option("--viewer", options->viewer, "Folder of the viewer's files");
   command->add_option("--public-url", options->public_url, "What clients reach this server as");
   options->resources.add_to(*command);
@@ -164,6 +167,7 @@ void add_serve(CLI::App& app, int* exit) {
     settings.port = port;
     settings.data = options->data;
     for (const auto& root : options->roots) settings.roots.emplace_back(root);
+    for (const auto& tileset : options->tilesets) settings.tilesets.emplace_back(tileset);
     settings.threads = options->resources.threads;
     settings.memory = options->resources.memory_mib << 20;
     settings.cache = options->cache;

@@ -12,6 +12,7 @@ void add_merge(CLI::App& app, int* exit);
 void add_check(CLI::App& app, int* exit);
 void add_verify(CLI::App& app, int* exit);
 void add_diff(CLI::App& app, int* exit);
+void add_export(CLI::App& app, int* exit);
 void add_info(CLI::App& app, int* exit);
 void add_probe(CLI::App& app, int* exit);
 void add_schema(CLI::App& app, int* exit);

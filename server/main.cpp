@@ -58,6 +58,7 @@ int run(int argc, char** argv) {
   add_serve(app, &exit);
   add_verify(app, &exit);
   add_diff(app, &exit);
+  add_export(app, &exit);
   add_info(app, &exit);
   add_probe(app, &exit);
   add_schema(app, &exit);

@@ -16,7 +16,8 @@ std::string read_file(const std::filesystem::path& path, std::uintmax_t most);
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-/// True for a temporary that `write_file` leaves when its process is killed.
+/// True for a temporary that `write_file` or a FileWriter leaves when its process is killed.
+inline constexpr std::string_view leftover_suffix = ".part";
 bool is_leftover(const std::filesystem::path& path);
 
 }  // namespace hoodoo

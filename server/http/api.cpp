@@ -66,8 +66,11 @@ std::optional<std::vector<std::string_view>> match(std::string_view pattern,
   }
 }
 
-/// Any page may read what belongs to one job: whoever knows its id was given it.
-bool is_open_to_pages(std::string_view path) { return path.starts_with("/jobs/"); }
+/// Any page may read what belongs to one job: whoever knows its id was given it. A finished tileset
+/// is there for viewers anywhere.
+bool is_open_to_pages(std::string_view path) {
+  return path.starts_with("/jobs/") || path.starts_with("/tilesets/");
+}
 
 json scene_of(const Request& request) {
   JsonLimits limits;
@@ -108,6 +111,8 @@ const std::vector<Api::Route>& Api::routes() {
                                       {"GET", "jobs/*/results", &Api::job_results},
                                       {"GET", "jobs/*/results/*", &Api::one_result},
                                       {"GET", "jobs/*/tiles/**", &Api::tile},
+                                      {"GET", "tilesets", &Api::tilesets},
+                                      {"GET", "tilesets/*/**", &Api::tileset_file},
                                       {"GET", "viewer", &Api::viewer_folder},
                                       {"GET", "viewer/**", &Api::viewer},
                                       {"GET", "healthz", &Api::health}};
@@ -264,6 +269,14 @@ Response Api::tile(const Request& request, const Parameters& parameters) {
   if (!queue_.find(parameters[0])) return no_job();
   return serve_file({queue_.tileset(parameters[0]), {".json", ".glb", ".subtree"}}, parameters[1],
                     request);
+}
+
+Response Api::tilesets(const Request&, const Parameters&) {
+  return document(tileset_list(settings_.tilesets.names(), settings_.base));
+}
+
+Response Api::tileset_file(const Request& request, const Parameters& parameters) {
+  return settings_.tilesets.serve(parameters[0], parameters[1], request);
 }
 
 Response Api::viewer_folder(const Request& request, const Parameters&) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/http/message.hpp"
+#include "server/http/tilesets.hpp"
 #include "server/job/job.hpp"
 
 /// The routes of the service: a request in, a response out, no socket in sight.
@@ -20,6 +21,7 @@ struct ApiSettings {
   std::vector<std::string> hosts;   // Host headers taken; empty: any
   std::filesystem::path viewer;     // folder of the viewer's files
   std::vector<std::string> hidden;  // folders whose names no client sees
+  Tilesets tilesets;                // finished ones
   std::function<nlohmann::json()> scene_schema;
 };
 
@@ -29,11 +31,11 @@ struct ApiSettings {
 ///   POST   /processes/bake-terrain/execution     {"inputs": {"scene": {...}}}
 ///   GET    /jobs  /jobs/ID  /jobs/ID/results  /jobs/ID/results/{tileset,manifest,report}
 ///   DELETE /jobs/ID
-///   GET    /jobs/ID/tiles/...   /viewer/...
+///   GET    /jobs/ID/tiles/...   /tilesets   /tilesets/NAME/...   /viewer/...
 ///
 /// A request that is no job in form is 400; a scene with problems is 422 with all of them, the
-/// pointers into the scene. Documents and tiles of a job may be read by pages of other origins;
-/// the list of jobs, posting and deleting may not.
+/// pointers into the scene. Documents and tiles of a job, and
+/// finished tilesets, may be read by pages of other origins; lists, posting and deleting may not.
 class Api {
  public:
   Api(job::Queue& queue, ApiSettings settings);
@@ -61,6 +63,8 @@ class Api {
   Response job_results(const Request&, const Parameters&);
   Response one_result(const Request&, const Parameters&);
   Response tile(const Request&, const Parameters&);
+  Response tilesets(const Request&, const Parameters&);
+  Response tileset_file(const Request&, const Parameters&);
   Response viewer(const Request&, const Parameters&);
   Response viewer_folder(const Request&, const Parameters&);
   Response health(const Request&, const Parameters&);

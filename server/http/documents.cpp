@@ -137,7 +137,18 @@ json landing_page(const std::string& base) {
             link(base + "/processes", "http://www.opengis.net/def/rel/ogc/1.0/processes",
                  "What this service can do"),
             link(base + "/jobs", "http://www.opengis.net/def/rel/ogc/1.0/job-list", "Jobs"),
+            link(base + "/tilesets", "related", "Finished tilesets"),
             link(base + "/viewer/", "alternate", "The viewer", "text/html")}}};
+}
+
+json tileset_list(const std::vector<std::string>& names, const std::string& base) {
+  json list = json::array();
+  for (const auto& name : names) {
+    const auto path = "/tilesets/" + name + "/tileset.json";
+    list.push_back(
+        {{"name", name}, {"href", base + path}, {"viewer", base + "/viewer/?tileset=" + path}});
+  }
+  return {{"tilesets", list}};
 }
 
 json conformance() { return {{"conformsTo", json::array()}}; }

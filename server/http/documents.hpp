@@ -26,6 +26,9 @@ nlohmann::json status_info(const job::Job& job, const std::vector<Problem>& prob
                            const std::string& base);
 nlohmann::json job_list(const std::vector<nlohmann::json>& jobs, const std::string& base);
 
+/// {"tilesets": [{"name", "href", "viewer"}]}: finished ones.
+nlohmann::json tileset_list(const std::vector<std::string>& names, const std::string& base);
+
 /// Tileset, manifest and report by reference.
 nlohmann::json results(const job::Job& job, const std::string& base);
 nlohmann::json report(const job::Job& job);

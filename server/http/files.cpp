@@ -82,11 +82,12 @@ bool is_content_addressed(std::string_view stem) {
 }
 
 /// Files are replaced by a rename and never written in place, so inode, size and time tell two
-/// contents of one name apart.
-std::string etag_of(std::string_view stem, const struct stat& status) {
+/// contents of one name apart; `offset` those of one archive.
+std::string etag_of(std::string_view stem, const struct stat& status, std::uint64_t offset) {
   if (is_content_addressed(stem)) return fmt::format("\"{}\"", stem);
-  return fmt::format("\"{:x}-{:x}-{:x}.{:x}\"", status.st_ino, status.st_size,
-                     status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+  const auto inside = offset == 0 ? "" : fmt::format("-{:x}", offset);
+  return fmt::format("\"{:x}-{:x}-{:x}.{:x}{}\"", status.st_ino, status.st_size,
+                     status.st_mtim.tv_sec, status.st_mtim.tv_nsec, inside);
 }
 
 /// If-None-Match compares weakly: RFC 9110, 13.1.2.
@@ -140,20 +141,21 @@ Response not_found() { return problem(404, "There is no such file."); }
 
 }  // namespace
 
-Response serve_file(const Folder& folder, std::string_view name, const Request& request) {
-  const auto parts = segments(name);
-  if (parts.empty()) return not_found();
-  const std::filesystem::path last(parts.back());
-  const auto extension = last.extension().string(), stem = last.stem().string();
-  if (std::ranges::find(folder.extensions, extension) == folder.extensions.end()) {
-    return not_found();
-  }
-  const auto file = open_below(folder.path, parts);
-  struct stat status {};
-  if (!file || ::fstat(*file, &status) != 0 || !S_ISREG(status.st_mode)) return not_found();
+bool is_plain_name(std::string_view name) { return is_plain(name); }
 
-  const auto size = static_cast<std::uint64_t>(status.st_size);
-  const auto etag = etag_of(stem, status);
+bool may_be_served(std::string_view name, std::span<const std::string_view> extensions) {
+  const auto parts = segments(name);
+  if (parts.empty()) return false;
+  const auto extension = std::filesystem::path(parts.back()).extension().string();
+  return std::ranges::find(extensions, extension) != extensions.end();
+}
+
+Response serve_part(const FilePart& part, std::string_view name, const Request& request) {
+  struct stat status {};
+  if (::fstat(*part.file, &status) != 0) return not_found();
+  const std::filesystem::path last(name);
+  const auto extension = last.extension().string(), stem = last.stem().string();
+  const auto etag = etag_of(stem, status, part.offset);
   Response response;
   response.headers = {
       {"ETag", etag},
@@ -165,23 +167,31 @@ Response serve_file(const Folder& folder, std::string_view name, const Request& 
     return response;
   }
   response.type = type_of(extension);
-  response.part = FilePart{file, 0, size};
+  response.part = part;
   const auto condition = request.header("if-range");
   if (request.method != "GET" || (!condition.empty() && condition != etag)) return response;
-  const auto range = range_of(request.header("range"), size);
+  const auto range = range_of(request.header("range"), part.length);
   if (range.kind == Range::Kind::refused) {
     auto refusal = problem(416, "Ask for one range of bytes inside the file.");
-    refusal.headers.emplace_back("Content-Range", fmt::format("bytes */{}", size));
+    refusal.headers.emplace_back("Content-Range", fmt::format("bytes */{}", part.length));
     return refusal;
   }
   if (range.kind == Range::Kind::part) {
     response.status = 206;
-    response.part = FilePart{file, range.offset, range.length};
+    response.part = FilePart{part.file, part.offset + range.offset, range.length};
     response.headers.emplace_back(
         "Content-Range",
-        fmt::format("bytes {}-{}/{}", range.offset, range.offset + range.length - 1, size));
+        fmt::format("bytes {}-{}/{}", range.offset, range.offset + range.length - 1, part.length));
   }
   return response;
+}
+
+Response serve_file(const Folder& folder, std::string_view name, const Request& request) {
+  if (!may_be_served(name, folder.extensions)) return not_found();
+  const auto file = open_below(folder.path, segments(name));
+  struct stat status {};
+  if (!file || ::fstat(*file, &status) != 0 || !S_ISREG(status.st_mode)) return not_found();
+  return serve_part({file, 0, static_cast<std::uint64_t>(status.st_size)}, name, request);
 }
 
 }  // namespace hoodoo::http

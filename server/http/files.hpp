@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,5 +25,13 @@ struct Folder {
 ///
 /// Everything else answers 404.
 Response serve_file(const Folder& folder, std::string_view name, const Request& request);
+
+/// The same of a part of an open file, that `name` stands for: one in an archive.
+Response serve_part(const FilePart& part, std::string_view name, const Request& request);
+
+/// `name` is of such segments, and has one of these endings.
+bool may_be_served(std::string_view name, std::span<const std::string_view> extensions);
+/// `name` is one such segment.
+bool is_plain_name(std::string_view name);
 
 }  // namespace hoodoo::http

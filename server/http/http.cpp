@@ -76,6 +76,7 @@ fs::path find_viewer() {
 std::vector<std::string> hidden_of(const Settings& settings) {
   std::vector<std::string> hidden;
   auto folders = settings.roots;
+  folders.insert(folders.end(), settings.tilesets.begin(), settings.tilesets.end());
   folders.push_back(settings.data);
   folders.push_back(settings.cache);
   for (const auto& folder : folders) {
@@ -93,6 +94,7 @@ void serve(const Settings& given) {
   auto settings = given;
   std::erase_if(settings.host, [](char c) { return c == '[' || c == ']'; });
   check(settings);
+  const Tilesets tilesets(settings.tilesets);
   Listener listener(settings.host, settings.port);
   job::Settings queue_settings;
   queue_settings.data = settings.data;
@@ -109,6 +111,7 @@ void serve(const Settings& given) {
   api_settings.hosts = hosts_of(settings, listener.port());
   api_settings.viewer = settings.viewer.empty() ? find_viewer() : settings.viewer;
   api_settings.hidden = hidden_of(settings);
+  api_settings.tilesets = tilesets;
   api_settings.scene_schema = scene::schema;
   if (settings.listening) settings.listening(listener.port());
   Api api(queue, std::move(api_settings));

@@ -14,6 +14,7 @@ struct Settings {
   int port = 8080;                               // 0: any that is free
   std::filesystem::path data;                    // jobs and their tilesets
   std::filesystem::path cache;                   // finished tiles shared with others; empty: none
+  std::vector<std::filesystem::path> tilesets;   // finished ones to stream: folders, .3tz archives
   std::vector<std::filesystem::path> roots;      // where a job's scene may find elevations
   int threads = 1;                               // of a bake
   std::size_t memory = std::size_t{1024} << 20;  // [bytes] of a bake
@@ -30,7 +31,7 @@ struct Settings {
 /// On a loopback address only requests for a loopback host or the public one are answered, so
 /// that no page can reach the server through a name of its own.
 /// Errors: bad_input (public_url; it is needed when listening on all addresses), not_found
-/// (a root), io (the address or the data are in use).
+/// (a root, a tileset), io (the address or the data are in use).
 void serve(const Settings& settings);
 
 }  // namespace hoodoo::http

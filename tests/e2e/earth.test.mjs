@@ -105,6 +105,15 @@ test('A tileset on the Earth and the same in the plane show no difference', { sk
   await bake(await write('b.json', sceneAt(place, { ...bigger, frame: 'ecef', vertical: datum })), join(work, 'b'));
   const same = await hoodoo(['diff', join(work, 'a'), join(work, 'b'), '--tolerance', '0.001']);
   assert.equal(same.code, 0, same.stdout + same.stderr);
+  // Exports are in the scene's plane.
+  const places = [];
+  for (const name of ['a', 'b']) {
+    const { code, stderr } = await hoodoo(['export', join(work, name), '-o', join(work, `${name}.obj`)]);
+    assert.equal(code, 0, stderr);
+    places.push((await readFile(join(work, `${name}.obj`), 'utf8')).split('\n').filter((line) => line.startsWith('v ')).sort());
+  }
+  assert.ok(places[0].length > 1000);
+  assert.deepEqual(places[0], places[1]);
 });
 
 test('The same bytes again, whatever the number of threads', { skip }, async () => {

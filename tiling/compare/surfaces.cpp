@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "engine/base/error.hpp"
@@ -20,16 +19,7 @@ constexpr std::size_t most_held = 12;
 constexpr std::size_t most_problems = 20;
 
 tileset::Manifest finished_bake(const fs::path& folder) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) {
-    throw Error(Fault::not_found, folder.string(), "is no folder");
-  }
-  if (!fs::exists(folder / "bake.json", error)) {
-    const bool begun = fs::exists(folder / ".hoodoo", error);
-    throw Error(Fault::bad_input, folder.string(),
-                begun ? "holds a bake that is not finished: it has no bake.json"
-                      : "holds no bake: it has no bake.json");
-  }
+  tileset::expect_bake(folder);
   auto manifest = tileset::read_manifest(folder);
   if (!manifest.complete) {
     throw Error(Fault::bad_input, folder.string(), "holds a bake that is not finished");
@@ -37,27 +27,12 @@ tileset::Manifest finished_bake(const fs::path& folder) {
   return manifest;
 }
 
-/// Around what lies in `box` on the Earth, in the scene frame: between its corners the map bends by
-/// less than a sphere of this radius [m] would.
-Box scene_box(const dem::Earth& earth, const Box& box) {
-  constexpr double bent = 6e6;
-  std::array<Vec3, 8> corners;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    corners[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                  i & 4 ? box.max.z : box.min.z};
-  }
-  Box all;
-  for (const Vec3& corner : earth.scene(corners)) all.add(corner);
-  const Vec3 size = box.max - box.min;
-  return all.grown(dot(size, size) / bent);
-}
-
 }  // namespace
 
 Surfaces::Surfaces(const fs::path& folder)
     : folder_(folder), manifest_(finished_bake(folder)), earth_(dem::earth_of(manifest_.frame)) {
   for (auto& record : manifest_.records) {
-    if (earth_ && !record.empty) record.box = scene_box(*earth_, record.box);
+    if (earth_ && !record.empty) record.box = glb::scene_box(record.box, *earth_);
     if (!record.empty) tiles_.emplace(record.key, &record);
   }
   check_files();

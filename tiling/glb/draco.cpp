@@ -145,8 +145,10 @@ Primitive decompress(std::span<const std::byte> bytes, const std::map<std::strin
   };
   const auto* position = find("POSITION", 3);
   const auto* normal = find("NORMAL", 3);
+  const auto* color = find("COLOR_0", 4);
   const auto* id = find("_FEATURE_ID_0", 1);
-  if (position->data_type() != draco::DT_FLOAT32 || normal->data_type() != draco::DT_FLOAT32) {
+  if (position->data_type() != draco::DT_FLOAT32 || normal->data_type() != draco::DT_FLOAT32 ||
+      color->data_type() != draco::DT_UINT8) {
     throw refuse("its Draco data are not of the types that were written");
   }
 
@@ -154,11 +156,13 @@ Primitive decompress(std::span<const std::byte> bytes, const std::map<std::strin
   const std::uint32_t count = mesh.num_points();
   primitive.positions.resize(count);
   primitive.normals.resize(count);
+  primitive.colors.resize(count);
   primitive.materials.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const draco::PointIndex point(i);
     position->GetMappedValue(point, primitive.positions[i].data());
     normal->GetMappedValue(point, &primitive.normals[i]);
+    color->GetMappedValue(point, primitive.colors[i].data());
     if (!id->ConvertValue<std::uint16_t>(id->mapped_index(point), 1, &primitive.materials[i])) {
       throw refuse("a feature id is out of range");
     }

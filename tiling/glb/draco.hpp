@@ -38,7 +38,7 @@ struct Compressed {
 /// a number is not finite or the encoder refuses.
 Compressed compress(const Primitive& primitive, double step, bool wide_ids, int speed);
 
-/// Decodes what `compress` made, by the ids under which the glTF names the attributes. No colours.
+/// Decodes what `compress` made, by the ids under which the glTF names the attributes.
 /// Errors: bad_input naming `where`.
 Primitive decompress(std::span<const std::byte> bytes, const std::map<std::string, int>& attributes,
                      const std::string& where);

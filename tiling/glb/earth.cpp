@@ -1,5 +1,6 @@
 #include "tiling/glb/earth.hpp"
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -102,6 +103,19 @@ Decoded from_earth(const Decoded& tile, const dem::Earth& earth, double step,
   lift(lifted.surface, tile, lifted, earth, where);
   lift(lifted.skirt, tile, lifted, earth, where);
   return lifted;
+}
+
+Box scene_box(const Box& box, const dem::Earth& earth) {
+  constexpr double bent = 6e6;  // [m]
+  std::array<Vec3, 8> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    corners[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                  i & 4 ? box.max.z : box.min.z};
+  }
+  Box all;
+  for (const Vec3& corner : earth.scene(corners)) all.add(corner);
+  const Vec3 size = box.max - box.min;
+  return all.grown(dot(size, size) / bent);
 }
 
 }  // namespace hoodoo::glb

@@ -20,4 +20,8 @@ Content on_earth(const Content& content, const dem::Earth& earth);
 Decoded from_earth(const Decoded& tile, const dem::Earth& earth, double step,
                    const std::string& where);
 
+/// A box of the scene around all that lies in `box` of the rigid frame: between its corners the map
+/// bends by less than a sphere of 6,000 km would.
+Box scene_box(const Box& box, const dem::Earth& earth);
+
 }  // namespace hoodoo::glb

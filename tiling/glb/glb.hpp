@@ -41,6 +41,7 @@ struct Decoded {
   struct Part {
     std::vector<std::array<std::int32_t, 3>> points;  // steps from `origin`
     std::vector<Vec3f> normals;
+    std::vector<std::array<std::uint8_t, 4>> colors;  // as in surface::Mesh
     std::vector<std::uint16_t> materials;
     std::vector<std::array<std::uint32_t, 3>> triangles;
   };

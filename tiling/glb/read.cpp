@@ -121,6 +121,8 @@ Primitive read_plain(const File& file, const json& source) {
   primitive.positions =
       file.elements<std::array<float, 3>>(attributes.at("POSITION"), type_float, 12);
   primitive.normals = read_normals(file, attributes.at("NORMAL"));
+  primitive.colors =
+      file.elements<std::array<std::uint8_t, 4>>(attributes.at("COLOR_0"), type_u8, 4);
   const auto indices = file.elements<std::uint32_t>(source.at("indices"), type_u32, 4);
   primitive.triangles.resize(indices.size() / 3);
   for (std::size_t i = 0; i < primitive.triangles.size(); ++i) {
@@ -153,7 +155,8 @@ Primitive read_primitive(const File& file, const json& source) {
     primitive = read_plain(file, source);
   }
   if (primitive.positions.size() != vertices || primitive.normals.size() != vertices ||
-      primitive.materials.size() != vertices || primitive.triangles.size() * 3 != indices) {
+      primitive.colors.size() != vertices || primitive.materials.size() != vertices ||
+      primitive.triangles.size() * 3 != indices) {
     throw file.refuse("holds another number of vertices or triangles than it says");
   }
   for (const auto& triangle : primitive.triangles) {
@@ -184,6 +187,7 @@ Decoded::Part to_part(const File& file, Primitive primitive, double step) {
   }
   part.normals = std::move(primitive.normals);
   for (auto& n : part.normals) n = {n.x, -n.z, n.y};
+  part.colors = std::move(primitive.colors);
   part.materials = std::move(primitive.materials);
   part.triangles = std::move(primitive.triangles);
   return part;

@@ -112,6 +112,19 @@ dem::Frame frame_of(const json& object, const std::string& where) {
 
 }  // namespace
 
+void expect_bake(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error)) {
+    throw Error(Fault::not_found, folder.string(), "is no folder");
+  }
+  if (!std::filesystem::exists(folder / "bake.json", error)) {
+    const bool begun = std::filesystem::exists(folder / ".hoodoo", error);
+    throw Error(Fault::bad_input, folder.string(),
+                begun ? "holds a bake that is not finished: it has no bake.json"
+                      : "holds no bake: it has no bake.json");
+  }
+}
+
 json read_index(const std::filesystem::path& folder) {
   const auto file = folder / "bake.json";
   const JsonLimits limits{.bytes = std::size_t{8} << 30, .depth = 16, .values = 400'000'000};

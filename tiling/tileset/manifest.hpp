@@ -20,6 +20,9 @@ struct Manifest {
   std::map<plan::Key, double> errors;  // of tiles that are not empty
 };
 
+/// Errors: not_found, bad_input, when `folder` is none or has no bake.json.
+void expect_bake(const std::filesystem::path& folder);
+
 /// Errors: not_found, io, limit, bad_input naming the file.
 Manifest read_manifest(const std::filesystem::path& folder);
 

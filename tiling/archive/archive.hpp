@@ -1,0 +1,92 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/file_writer.hpp"
+
+/// tiling/archive: the files of a tileset -> one .3tz file, and back.
+///
+/// Source: 3D Tiles Archive Format 1.3 (Maxar): a ZIP file whose last entry is an index by the MD5
+/// of each path; PKWARE APPNOTE 6.3.9 for ZIP and its 64-bit extension.
+namespace hoodoo::archive {
+
+/// One file of an archive by its name: MD5, and where its local header starts.
+struct Place {
+  std::array<std::uint8_t, 16> md5{};
+  std::uint64_t offset = 0;
+};
+
+/// Writes an archive, entry by entry, each stored as it is, without a time. Same entries, same
+/// bytes. Held in memory are the names.
+class Writer {
+ public:
+  /// `start`: where the first entry goes; what is before it reads as zeros.
+  explicit Writer(const std::filesystem::path& file, std::uint64_t start = 0);
+
+  /// `name` has forward slashes and is new. Errors: limit, from 4 GiB on; io.
+  void add(const std::string& name, std::span<const std::byte> bytes);
+  /// Writes the index and the directory, and puts the file in place. Nothing can be added then.
+  void finish();
+
+ private:
+  struct Entry {
+    std::string name;
+    std::uint32_t crc = 0, size = 0;
+    std::uint64_t offset = 0;
+  };
+  void add_index();
+  void write_directory();
+
+  FileWriter file_;
+  std::vector<Entry> entries_;
+};
+
+/// An archive to read from, of which 24 bytes per entry are in memory. May be used from any thread.
+class Archive {
+ public:
+  /// Errors: not_found, io; bad_input, when the file is no such archive or has no tileset.json that
+  /// is stored.
+  explicit Archive(const std::filesystem::path& file);
+
+  /// An entry's bytes in the file.
+  struct Part {
+    std::uint64_t offset = 0, length = 0;
+    std::uint32_t crc = 0;
+  };
+  /// Nothing, where there is no such entry. Errors: io; bad_input, when it is compressed or the
+  /// file is damaged there.
+  std::optional<Part> find(std::string_view name) const;
+  std::string read(const Part& part) const;
+
+  std::size_t entries() const { return index_.size(); }
+  const std::shared_ptr<const int>& descriptor() const { return file_; }
+
+ private:
+  struct Directory {
+    std::uint64_t offset = 0, size = 0;
+  };
+  std::string bytes(std::uint64_t offset, std::uint64_t length) const;
+  Directory find_directory() const;
+  std::uint64_t find_index(const Directory& directory) const;
+  std::optional<Part> entry_at(std::uint64_t offset, std::string_view name) const;
+
+  std::filesystem::path path_;
+  std::shared_ptr<const int> file_;
+  std::uint64_t size_ = 0;
+  std::vector<Place> index_;
+};
+
+/// Puts the finished tileset in `folder` into an archive: tileset.json, every file it leads to, and
+/// bake.json, by path. Returns the number of files. One tile is in memory at a time.
+/// Errors: not_found, io, bad_input, limit.
+std::size_t pack(const std::filesystem::path& folder, const std::filesystem::path& file);
+
+}  // namespace hoodoo::archive
