@@ -63,8 +63,9 @@ struct Report {
 /// tiles are few. Same bake and settings, same bytes.
 ///
 /// Memory: obj and ply hold a tile and the border of a row of tiles (ply puts faces in a temporary
-/// file beside its own); a height map a row of tiles' pixels; 3tz a file at a time. The mesh of
-/// glb, gltf and vdb is held whole, some 200 bytes per triangle, and a vdb's narrow band.
+/// file beside its own); a height map a row of tiles' pixels; 3tz a file at a time. glb, gltf and
+/// vdb hold the whole mesh several times over, and vdb the narrow band: they grow with what is
+/// exported. All hold the index of the bake.
 ///
 /// Errors: bad_input for what is no finished bake, a level or region that it does not have, a file
 /// that is damaged; limit, when a format cannot hold it; not_found, io.

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "engine/base/error.hpp"
+#include "engine/base/file_writer.hpp"
 
 namespace hoodoo {
 namespace {
@@ -69,6 +70,32 @@ TEST_F(Folder, KeepsTheOldFileWhereTheNewOneCannotBeWritten) {
 TEST(IsLeftover, KnowsTheTemporariesOfAKilledProcess) {
   EXPECT_TRUE(is_leftover("a/tile.glb.123-4.part"));
   EXPECT_FALSE(is_leftover("a/tile.glb"));
+}
+
+TEST_F(Folder, SeesAFileWrittenPieceByPieceOnceItIsCommitted) {
+  const auto path = folder / "file";
+  write_file(path, "old");
+  FileWriter writer(path);
+  writer.write("count 0;");
+  const std::string large(3 << 20, 'x');  // more than waits in memory
+  writer.write(large);
+  writer.put(std::uint16_t{0x4241});
+  EXPECT_EQ(writer.position(), 8 + large.size() + 2);
+  writer.seek(6);
+  writer.write("7");
+  EXPECT_EQ(read_file(path, 10), "old");
+  writer.commit();
+  EXPECT_EQ(read_file(path, 4 << 20), "count 7;" + large + "AB");
+}
+
+TEST_F(Folder, KeepsNothingOfAFileThatIsNotCommitted) {
+  {
+    FileWriter writer(folder / "file");
+    writer.write("half");
+    EXPECT_TRUE(is_leftover(writer.temporary()));
+    EXPECT_TRUE(std::filesystem::exists(writer.temporary()));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
 }  // namespace
