@@ -181,6 +181,7 @@ void CrossingFinder::find_ends(const Index& b, const tree::Field& field, const B
 
 void CrossingFinder::evaluate(const tree::Field& field) {
   value_.resize(x_.size());
+  volume_.add_evaluations(x_.size());
   field.values({x_, y_, z_}, value_);
 }
 
@@ -206,6 +207,7 @@ void CrossingFinder::finish(const Index& b, const tree::Field& field) {
   place_points(b, all_edges(n), t_);
   value_.resize(n);
   for (auto& along : normal_) along.resize(n);
+  volume_.add_evaluations(n);
   field.gradients({x_, y_, z_}, value_, {normal_[0], normal_[1], normal_[2]});
   const std::array<std::vector<double>*, 3> uphill{&hx_, &hy_, &h_};
   for (std::size_t a = 0; a < 3; ++a) uphill[a]->assign(normal_[a].begin(), normal_[a].end());

@@ -71,6 +71,15 @@ void SignsOfValues(const float* values, std::uint16_t* rows) {
   }
 }
 
+unsigned SignsOfRow(const float* values, float iso) {
+  const FloatTag d;
+  unsigned bits = 0;
+  for (std::size_t i = 0; i < 16; i += hn::Lanes(d)) {
+    bits |= Bits(d, hn::Gt(hn::LoadU(d, values + i), hn::Set(d, iso))) << i;
+  }
+  return bits;
+}
+
 /// One vector of edges. All of them have made the same number of steps.
 HWY_INLINE void NextSome(const double* low, const double* high, const double* f_low,
                          const double* f_high, double room, double* place) {
@@ -155,6 +164,7 @@ namespace hoodoo::volume {
 
 HWY_EXPORT(SignsOfElevations);
 HWY_EXPORT(SignsOfValues);
+HWY_EXPORT(SignsOfRow);
 HWY_EXPORT(Next);
 HWY_EXPORT(Put);
 HWY_EXPORT(PointAgainst);
@@ -168,6 +178,9 @@ void find_signs(std::span<const double, 256> elevations, double z, double spacin
 }
 void find_signs(std::span<const float, 4096> values, SignRows rows) {
   HWY_DYNAMIC_DISPATCH(SignsOfValues)(values.data(), rows.data());
+}
+unsigned find_signs(std::span<const float, 16> values, float iso) {
+  return HWY_DYNAMIC_DISPATCH(SignsOfRow)(values.data(), iso);
 }
 void point_against(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                    const std::array<std::span<float>, 3>& out) {

@@ -16,6 +16,9 @@ void find_signs(std::span<const double, 256> elevations, double z, double spacin
 /// Solid above 1/2: the value of point (x, y, z) at 256 x + 16 y + z.
 void find_signs(std::span<const float, 4096> values, SignRows rows);
 
+/// Of sixteen values those above `iso`, one bit each.
+unsigned find_signs(std::span<const float, 16> values, float iso);
+
 /// Unit vectors against (x, y, z), in single precision; 0 where there is no direction. The bits of
 /// normalized.
 void point_against(std::span<const double> x, std::span<const double> y, std::span<const double> z,
@@ -32,8 +35,8 @@ class RootLanes {
   /// Edges that are not done, and where to evaluate each next.
   std::span<const std::uint32_t> edges() const { return {edges_.data(), n_}; }
   std::span<const double> places();
-  /// Takes the values there less the iso value. The roots of those that are done go to `roots`, by
-  /// edge.
+  /// Takes the values there less the iso value; eight more may be read beyond them, and not used.
+  /// The roots of those that are done go to `roots`, by edge.
   void put(std::span<const double> values, std::span<double> roots);
 
  private:

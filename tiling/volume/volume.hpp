@@ -106,6 +106,10 @@ class Volume {
   using Rows = std::array<std::array<std::uint32_t, 17>, 17>;
   void read_rows(const Index& b, Rows& rows) const;
 
+  /// Points at which the field was asked for what is known here.
+  std::uint64_t evaluations() const { return evaluations_; }
+  void add_evaluations(std::size_t n) { evaluations_ += n; }
+
   void set_uniform(const Index& b, bool solid);
   /// A stored block for `b`, all air at first; points are set through its bits.
   Block& make_block(const Index& b);
@@ -147,6 +151,7 @@ class Volume {
   std::vector<bool> in_world_;
   std::vector<MeshedRows> meshed_;  // by block column
   std::vector<Slot> slots_;
+  std::uint64_t evaluations_ = 0;
 };
 
 template <class Visit>
