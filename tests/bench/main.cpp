@@ -239,6 +239,7 @@ int main(int count, char** arguments) {
   };
   fmt::print("instruction set: {}\n",
              hwy::TargetName(hwy::SupportedTargets() & -hwy::SupportedTargets()));
+  if (wanted("grid")) compare_ready_grid();
   if (wanted("surface")) compare_surface();
   Scene scene = strew(50'000, 0, 2000, 704, 256, 16);
   if (wanted("splat")) compare_splat(scene);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <functional>
 
 namespace hoodoo::bench {
@@ -34,6 +35,7 @@ inline void rate(const char* what, double points, double seconds) {
 }
 inline void ratio(const char* what, double r, const char* goal) {
   fmt::print("{:58} {:9.2f}  (goal: {})\n", what, r, goal);
+  std::fflush(stdout);
 }
 
 }  // namespace hoodoo::bench

@@ -60,8 +60,8 @@ class Measuring {
     }
     const Vec3 size = scene_.extent.max - scene_.extent.min;
     for (std::size_t a = 0; a < 3; ++a) {
-      const double cells = std::ceil(size[static_cast<int>(a)] / lattice_.spacing0);
-      all_.grid[a] = std::max<std::int64_t>(1, static_cast<std::int64_t>(cells));
+      const double cells = std::max(1.0, std::ceil(size[static_cast<int>(a)] / lattice_.spacing0));
+      all_.grid[a] = static_cast<std::int64_t>(cells);
     }
     all_.all_calls = 1;
     for (const auto cells : all_.grid) all_.all_calls *= static_cast<std::uint64_t>(cells + 1);
