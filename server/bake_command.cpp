@@ -39,7 +39,7 @@ struct BakeOptions {
   std::string scene, folder, only, shard, cache, progress = "auto";
   Resources resources;
   std::optional<int> draco_speed;
-  bool force = false;
+  bool force = false, stats = false;
 };
 
 ProgressLine::Style style_of(const std::string& name) {
@@ -48,17 +48,54 @@ ProgressLine::Style style_of(const std::string& name) {
   return name == "off" ? ProgressLine::Style::off : ProgressLine::automatic();
 }
 
+nlohmann::json to_json(const bake::Statistics& s) {
+  return {{"covered", s.covered},
+          {"nodes", s.nodes},
+          {"generation_s", s.generation},
+          {"memory_bytes", s.memory},
+          {"grid", s.grid},
+          {"t_s", s.seconds},
+          {"t0_s", s.all_seconds},
+          {"calls", s.calls},
+          {"bounded_calls", s.bounded_calls},
+          {"calls0", s.all_calls},
+          {"tiles", s.tiles},
+          {"tiles_measured", s.tiles_measured},
+          {"t0_columns_measured", s.columns_asked}};
+}
+
+/// The columns of Table 1 of Paris et al. 2019.
+void print(const bake::Statistics& s) {
+  constexpr double million = 1e6;
+  fmt::print("a      {:.3f} of the columns, where a tree can act\n", s.covered);
+  fmt::print("#N     {} nodes\n", s.nodes);
+  fmt::print("gen    {:.3f} s from JSON to a checked scene\n", s.generation);
+  fmt::print("mem    {:.3f} MB of construction tree\n", static_cast<double>(s.memory) / million);
+  fmt::print("grid   {} x {} x {} cells\n", s.grid[0], s.grid[1], s.grid[2]);
+  fmt::print("t      {:.3f} s for the surface{}\n", s.seconds,
+             s.tiles_measured < s.tiles ? fmt::format(" (measured on {} of {} tiles, multiplied)",
+                                                      s.tiles_measured, s.tiles)
+                                        : "");
+  fmt::print("t0     {:.3f} s with pruning off (each call as on {} columns asked, times #C0)\n",
+             s.all_seconds, s.columns_asked);
+  fmt::print("#C     {:.3f} million calls; {:.3f} million within the bounds of section 7\n",
+             static_cast<double>(s.calls) / million,
+             static_cast<double>(s.bounded_calls) / million);
+  fmt::print("#C0    {:.3f} million calls\n", static_cast<double>(s.all_calls) / million);
+}
+
 void report(const bake::Report& report, const std::string& folder, bool as_json) {
   const auto& p = report.progress;
   if (as_json) {
-    const nlohmann::json json = {{"tiles", p.done},
-                                 {"planned", p.total},
-                                 {"reused", p.reused},
-                                 {"cached", p.cached},
-                                 {"triangles", p.triangles},
-                                 {"bytes", p.bytes},
-                                 {"complete", report.complete},
-                                 {"warnings", report.warnings}};
+    nlohmann::json json = {{"tiles", p.done},
+                           {"planned", p.total},
+                           {"reused", p.reused},
+                           {"cached", p.cached},
+                           {"triangles", p.triangles},
+                           {"bytes", p.bytes},
+                           {"complete", report.complete},
+                           {"warnings", report.warnings}};
+    if (report.stats) json["stats"] = to_json(*report.stats);
     fmt::print("{}\n", json.dump());
     return;
   }
@@ -67,6 +104,7 @@ void report(const bake::Report& report, const std::string& folder, bool as_json)
   fmt::print("{}: {} of {} tiles ({} found finished{}), {} triangles, {} bytes{}\n", folder, p.done,
              p.total, p.reused, cached, p.triangles, p.bytes,
              report.complete ? "" : "; not complete yet");
+  if (report.stats) print(*report.stats);
 }
 
 int run_bake(const BakeOptions& options, bool as_json) {
@@ -76,6 +114,7 @@ int run_bake(const BakeOptions& options, bool as_json) {
   settings.threads = options.resources.threads;
   settings.memory = options.resources.memory_mib << 20;
   settings.force = options.force;
+  settings.stats = options.stats;
   settings.stop = signals.token();
   settings.progress = [&line](const bake::Progress& p) { line.show(p); };
   if (!options.only.empty()) {
@@ -123,6 +162,8 @@ void add_bake(CLI::App& app, int* exit) {
                    "Instead of the scene's: 0 gives the smallest tiles, 10 takes least time")
       ->check(CLI::Range(0, 10));
   command->add_flag("--force", options->force, "Bake tiles again that are finished");
+  command->add_flag("--stats", options->stats,
+                    "Measure the scene, too: the columns of Table 1 of Paris et al. 2019");
   command->add_option("--progress", options->progress, "auto, bar, lines or off")
       ->check(CLI::IsMember({"auto", "bar", "lines", "off"}))
       ->capture_default_str();

@@ -188,6 +188,36 @@ Height Window::at(double x, double y) const {
           weighted(ky.d, across) * per_y_};
 }
 
+/// An index into the samples fits 32 bits.
+bool Window::is_small() const {
+  return filled_.size() <= std::size_t{std::numeric_limits<std::int32_t>::max()};
+}
+
+Samples Window::samples() const {
+  return {filled_.data(), x0_, y0_, per_x_, per_y_, i0_, j0_, width_, height_};
+}
+
+void Window::heights_at(std::span<const double> x, std::span<const double> y,
+                        std::span<double> out) const {
+  if (!empty() && is_small()) {
+    return look_up(samples(), x.data(), y.data(), x.size(), out.data(), nullptr, nullptr);
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) out[i] = height(x[i], y[i]);
+}
+
+void Window::at(std::span<const double> x, std::span<const double> y, const Heights& out) const {
+  if (!empty() && is_small()) {
+    return look_up(samples(), x.data(), y.data(), x.size(), out.h.data(), out.hx.data(),
+                   out.hy.data());
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Height h = at(x[i], y[i]);
+    out.h[i] = h.h;
+    out.hx[i] = h.hx;
+    out.hy[i] = h.hy;
+  }
+}
+
 Window::Range Window::involved(const Box& area) const {
   const auto column = [&](double x, int more) {
     const auto i = floor_of(within_indices((x - x0_) * per_x_ - 0.5)) - i0_ + more;

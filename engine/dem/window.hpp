@@ -7,6 +7,7 @@
 
 #include "engine/base/box.hpp"
 #include "engine/base/interval.hpp"
+#include "engine/dem/lookup.hpp"
 
 namespace hoodoo::dem {
 
@@ -40,6 +41,14 @@ class Window {
   /// height(x[i], y[j]) into out[y.size() i + j], the same bits: what points in line share is found
   /// once.
   void heights(std::span<const double> x, std::span<const double> y, std::span<double> out) const;
+  /// height(x[i], y[i]) of points anywhere, the same bits, found several at a time.
+  void heights_at(std::span<const double> x, std::span<const double> y,
+                  std::span<double> out) const;
+  /// at(x[i], y[i]), likewise.
+  struct Heights {
+    std::span<double> h, hx, hy;
+  };
+  void at(std::span<const double> x, std::span<const double> y, const Heights& out) const;
   /// Contains height(x, y) for every (x, y) in `area`.
   Interval bounds(const Box& area) const;
   /// Bound on |grad h| over `area`.
@@ -71,6 +80,8 @@ class Window {
   void heights_of_few(std::span<const double> x, std::span<const double> y, std::size_t stride,
                       double* out) const;
   Range involved(const Box& area) const;
+  bool is_small() const;
+  Samples samples() const;
 
   double x0_ = 0, y0_ = 0;        // of the level's pixel (0,0)
   double per_x_ = 1, per_y_ = 1;  // pixels per metre

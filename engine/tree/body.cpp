@@ -1,8 +1,10 @@
 #include "engine/tree/body.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "engine/tree/dual.hpp"
+#include "engine/tree/evaluate.hpp"
 #include "engine/tree/polygon.hpp"
 #include "engine/tree/rows.hpp"
 
@@ -82,7 +84,58 @@ BodyField::Column BodyField::column_at(float x, float y, bool with_gradient) con
   return c;
 }
 
+/// Whether points share their column with the next so seldom that all may be looked up at once,
+/// which needs nothing of a column but its elevation.
+bool BodyField::is_scattered(const Points& at) const {
+  if (cut_ || body_->slope_corrected) return false;
+  std::size_t columns = 0;
+  for (std::size_t i = 1; i < at.size(); ++i) {
+    columns += at.x[i] != at.x[i - 1] || at.y[i] != at.y[i - 1] ? 1 : 0;
+  }
+  return 4 * columns > at.size();
+}
+
+struct BodyField::Scattered {
+  std::array<double, batch_size> x, y, h, hx, hy;
+  Scattered(const BodyField& body, const Points& at) {
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      x[i] = body.origin_.x + static_cast<double>(at.x[i]);
+      y[i] = body.origin_.y + static_cast<double>(at.y[i]);
+    }
+  }
+};
+
+void BodyField::scattered_values(const Points& at, std::span<float> out) const {
+  const std::size_t n = at.size();
+  Scattered s(*this, at);
+  window_->heights_at({s.x.data(), n}, {s.y.data(), n}, {s.h.data(), n});
+  const float scale = static_cast<float>((body_->inverted ? -1 : 1) / body_->falloff);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto h = static_cast<float>(s.h[i] + body_->offset - origin_.z);
+    out[i] = step((h - at.z[i]) * scale);
+  }
+}
+
+void BodyField::scattered_gradients(const Points& at, std::span<float> out,
+                                    const Gradients& g) const {
+  const std::size_t n = at.size();
+  Scattered s(*this, at);
+  window_->at({s.x.data(), n}, {s.y.data(), n},
+              {{s.h.data(), n}, {s.hx.data(), n}, {s.hy.data(), n}});
+  const float scale = static_cast<float>((body_->inverted ? -1 : 1) / body_->falloff);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto h = static_cast<float>(s.h[i] + body_->offset - origin_.z);
+    const Dual<float> v(h - at.z[i], static_cast<float>(s.hx[i]), static_cast<float>(s.hy[i]), -1);
+    const Dual<float> f = step(v * scale);
+    out[i] = f.v;
+    g.x[i] = f.x;
+    g.y[i] = f.y;
+    g.z[i] = f.z;
+  }
+}
+
 void BodyField::values(const Points& at, std::span<float> out) const {
+  if (is_scattered(at)) return scattered_values(at, out);
   const std::size_t n = at.size();
   for (std::size_t begin = 0; begin < n;) {
     const float x = at.x[begin], y = at.y[begin];
@@ -134,6 +187,7 @@ void BodyField::cube(const Cube& at, std::unique_ptr<Columns::OfBody>& known,
 }
 
 void BodyField::gradients(const Points& at, std::span<float> out, const Gradients& g) const {
+  if (is_scattered(at)) return scattered_gradients(at, out, g);
   const std::size_t n = at.size();
   for (std::size_t begin = 0; begin < n;) {
     const float x = at.x[begin], y = at.y[begin];

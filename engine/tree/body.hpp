@@ -36,6 +36,10 @@ class BodyField {
  private:
   struct Column;  // what all points of one (x, y) share
   Column column_at(float x, float y, bool with_gradient) const;
+  struct Scattered;
+  bool is_scattered(const Points& at) const;
+  void scattered_values(const Points& at, std::span<float> out) const;
+  void scattered_gradients(const Points& at, std::span<float> out, const Gradients& g) const;
   std::unique_ptr<Columns::OfBody> columns(const Cube& at) const;
 
   const HeightBody* body_;

@@ -1,6 +1,7 @@
 #include "tests/bench/hierarchy.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace hoodoo::bench {
@@ -59,6 +60,27 @@ float Hierarchy::sum(float x, float y, float z) const {
     open[size++] = v.right;
   }
   return sum;
+}
+
+bool Hierarchy::join_bounds(float x, float y, std::array<int, 2>& range) const {
+  int open[64], size = 0;
+  open[size++] = 0;
+  bool any = false;
+  while (size > 0) {
+    const Volume& v = volumes_[static_cast<std::size_t>(open[--size])];
+    if (x < v.low[0] || y < v.low[1] || x > v.high[0] || y > v.high[1]) continue;
+    for (int i = v.first; i < v.first + v.count; ++i) {
+      const Ball& b = balls_[static_cast<std::size_t>(i)];
+      if (std::abs(x - b.x) > b.reach || std::abs(y - b.y) > b.reach) continue;
+      range[0] = std::min(range[0], static_cast<int>(std::floor(b.z - b.reach)));
+      range[1] = std::max(range[1], static_cast<int>(std::ceil(b.z + b.reach)));
+      any = true;
+    }
+    if (v.left < 0) continue;
+    open[size++] = v.left;
+    open[size++] = v.right;
+  }
+  return any;
 }
 
 }  // namespace hoodoo::bench

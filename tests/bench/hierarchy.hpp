@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <vector>
 
 #include "tests/bench/scene.hpp"
@@ -11,6 +12,9 @@ class Hierarchy {
  public:
   explicit Hierarchy(std::vector<Ball> balls);
   float sum(float x, float y, float z) const;
+  /// Lowest and highest z of the boxes of the balls whose boxes stand over (x, y), whole metres
+  /// rounded outward, joined to `range`; whether there is one.
+  bool join_bounds(float x, float y, std::array<int, 2>& range) const;
 
  private:
   struct Volume {

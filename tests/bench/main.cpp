@@ -3,48 +3,21 @@
 #include <fmt/format.h>
 #include <hwy/targets.h>
 #include <malloc.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <string_view>
 
 #include "engine/tree/evaluate.hpp"
 #include "tests/bench/bare.hpp"
 #include "tests/bench/engine.hpp"
 #include "tests/bench/hierarchy.hpp"
+#include "tests/bench/measure.hpp"
 #include "tests/bench/narrow_band.hpp"
+#include "tests/bench/surface.hpp"
 
 namespace hoodoo::bench {
 namespace {
-
-double processor_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-/// Medians of five runs each, the two in turn, so that both meet the same machine.
-std::array<double, 2> median_seconds(const std::function<void()>& one,
-                                     const std::function<void()>& other) {
-  std::array<std::array<double, 5>, 2> all{};
-  for (std::size_t run = 0; run < 5; ++run) {
-    for (std::size_t which = 0; which < 2; ++which) {
-      const double from = processor_seconds();
-      (which == 0 ? one : other)();
-      all[which][run] = processor_seconds() - from;
-    }
-  }
-  for (auto& runs : all) std::sort(runs.begin(), runs.end());
-  return {all[0][2], all[1][2]};
-}
-
-void rate(const char* what, double points, double seconds) {
-  fmt::print("  {:56} {:9.1f} M points/s\n", what, points / seconds / 1e6);
-}
-void ratio(const char* what, double r, const char* goal) {
-  fmt::print("{:58} {:9.2f}  (goal: {})\n", what, r, goal);
-}
 
 float step(float u) {
   const float c = std::clamp(u, -1.0F, 1.0F);
@@ -266,6 +239,8 @@ int main(int count, char** arguments) {
   };
   fmt::print("instruction set: {}\n",
              hwy::TargetName(hwy::SupportedTargets() & -hwy::SupportedTargets()));
+  if (wanted("grid")) compare_ready_grid();
+  if (wanted("surface")) compare_surface();
   Scene scene = strew(50'000, 0, 2000, 704, 256, 16);
   if (wanted("splat")) compare_splat(scene);
   if (wanted("rough")) compare_rough(scene);

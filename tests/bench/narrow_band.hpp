@@ -12,12 +12,14 @@ namespace hoodoo::bench {
 /// of the blocks that can hold a surface, crossings with their normals and materials.
 class NarrowBand {
  public:
-  /// The part's corner and width are multiples of a tile.
+  /// The part's corner is a multiple of a tile.
   explicit NarrowBand(const Scene& scene);
   static constexpr int tile_cells = 128;
 
   /// Crossed edges of all tiles.
   std::size_t crossings() const;
+  /// Triangles of all tiles, surface extracted.
+  std::size_t triangles() const;
 
  private:
   scene::Scene scene_;

@@ -40,8 +40,8 @@ float value_noise(float x, float y, int octave) {
   return a + (b - a) * u + (c - a) * v + (a - b - c + d) * u * v;
 }
 
-/// About 100 m, 60 m up and down over 500 m.
-float ground(float x, float y) {
+/// Fractal noise in [-1, 1], its longest wave 500 m.
+float fractal(float x, float y) {
   float sum = 0, amplitude = 1, total = 0;
   x /= 500, y /= 500;
   for (int octave = 11; octave < 18; ++octave) {
@@ -50,8 +50,11 @@ float ground(float x, float y) {
     amplitude /= 2;
     x *= 2.03F, y *= 2.01F;
   }
-  return 100 + 60 * sum / total;
+  return sum / total;
 }
+
+/// About 100 m, 60 m up and down over 500 m.
+float ground(float x, float y) { return 100 + 60 * fractal(x, y); }
 
 void find_blocks(Scene& scene, float band) {
   for (int y = scene.low; y < scene.low + scene.wide; y += side) {
@@ -71,7 +74,83 @@ void find_blocks(Scene& scene, float band) {
   }
 }
 
+/// Elevations of the part and `margin` samples around it.
+template <class Elevation>
+void raise(Scene& scene, int margin, Elevation elevation) {
+  const int n = scene.wide + 2 * margin, from = scene.low - margin;
+  scene.margin = margin;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      scene.samples.push_back(
+          elevation(static_cast<float>(from + i), static_cast<float>(from + j)));
+    }
+  }
+}
+
+/// The window of the samples, and the heights of the part's columns.
+void look_up_all(Scene& scene) {
+  const int n = scene.wide + 2 * scene.margin;
+  // Pixel centres lie on the points of the grid.
+  const double corner = scene.low - scene.margin - 0.5;
+  scene.window = dem::Window(corner, corner, 1, 1, 0, 0, n, n, scene.samples);
+  for (int y = scene.low; y < scene.low + scene.wide; ++y) {
+    for (int x = scene.low; x < scene.low + scene.wide; ++x) {
+      scene.heights.push_back(static_cast<float>(scene.window.height(x, y)));
+    }
+  }
+}
+
+/// Stretches the elevations to [0, relief].
+void stretch(Scene& scene, float relief) {
+  const auto [low, high] = std::minmax_element(scene.samples.begin(), scene.samples.end());
+  const float from = *low, by = relief / (*high - *low);
+  for (float& h : scene.samples) h = (h - from) * by;
+}
+
+float sample_at(const Scene& scene, float x, float y) {
+  const auto n = static_cast<std::size_t>(scene.wide + 2 * scene.margin);
+  const auto index = [&](float v) {
+    return static_cast<std::size_t>(static_cast<int>(v) - scene.low + scene.margin);
+  };
+  return scene.samples[index(y) * n + index(x)];
+}
+
 }  // namespace
+
+Scene sea() {
+  Scene scene;
+  scene.wide = 2000;
+  const auto coast = [](float x) { return 1000 + 300 * fractal(x, 100); };
+  raise(scene, 24, [&](float x, float y) {
+    const float inland = std::clamp((y - coast(x)) / 12, -1.0F, 1.0F);
+    return 8 * inland + 8 * fractal(x, y);
+  });
+  stretch(scene, 33);
+  Random random(1);
+  for (int i = 0; i < 50'693; ++i) {
+    const float x = random.real(0, 1999);
+    const float y = std::clamp(coast(x) + random.real(-13, 13), 0.0F, 1999.0F);
+    const float reach = random.real(1.5F, 4.5F), z = sample_at(scene, x, y) + random.real(-4, 2);
+    scene.balls.push_back({x, y, z, reach, -random.real(5, 15) / 15});
+  }
+  look_up_all(scene);
+  return scene;
+}
+
+Scene canyon() {
+  Scene scene;
+  scene.wide = 1000;
+  raise(scene, 24, fractal);
+  stretch(scene, 546);
+  Random random(1);
+  for (int i = 0; i < 137'043; ++i) {
+    const float x = random.real(0, 999), y = random.real(300, 700), reach = random.real(2, 6);
+    const float z = sample_at(scene, x, y) + random.real(-10, 5);
+    scene.balls.push_back({x, y, z, reach, -random.real(5, 15) / 15});
+  }
+  look_up_all(scene);
+  return scene;
+}
 
 Scene strew(int count, float from, float to, int low, int wide, float band) {
   Scene scene;
@@ -83,22 +162,8 @@ Scene strew(int count, float from, float to, int low, int wide, float band) {
     const float z = ground(x, y) + random.real(-10, 5);
     scene.balls.push_back({x, y, z, reach, -random.real(5, 15) / 15});
   }
-  constexpr int margin = 8;
-  const int n = wide + 2 * margin;
-  std::vector<float> samples;
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      samples.push_back(
-          ground(static_cast<float>(low - margin + i), static_cast<float>(low - margin + j)));
-    }
-  }
-  // Pixel centres lie on the points of the grid.
-  scene.window = dem::Window(low - margin - 0.5, low - margin - 0.5, 1, 1, 0, 0, n, n, samples);
-  for (int y = low; y < low + wide; ++y) {
-    for (int x = low; x < low + wide; ++x) {
-      scene.heights.push_back(static_cast<float>(scene.window.height(x, y)));
-    }
-  }
+  raise(scene, 8, ground);
+  look_up_all(scene);
   find_blocks(scene, band);
   return scene;
 }

@@ -36,6 +36,22 @@ before(async () => {
 });
 after(() => removeFolder(work));
 
+test('--stats tells the columns of the paper\'s Table 1 and changes no file', async () => {
+  const { stats } = JSON.parse((await bake(reference, ['--stats', '--json'])).stdout);
+  assert.ok(stats.covered > 0 && stats.covered < 1, `covered ${stats.covered}`);
+  assert.ok(Number.isInteger(stats.nodes) && stats.nodes > 0);
+  assert.ok(stats.memory_bytes >= stats.nodes * 44 && stats.generation_s >= 0 && stats.t_s > 0);
+  assert.equal(stats.calls0, stats.grid.reduce((points, cells) => points * (cells + 1), 1));
+  assert.ok(stats.calls > 0 && stats.bounded_calls > 0 && stats.bounded_calls < stats.calls0);
+  assert.ok(stats.t0_s > 0 && stats.t0_columns_measured > 0);
+  assert.ok(stats.tiles_measured > 0 && stats.tiles_measured <= stats.tiles);
+  const text = (await bake(reference, ['--stats'])).stdout;
+  for (const column of ['a', '#N', 'gen', 'mem', 'grid', 't', 't0', '#C', '#C0']) {
+    assert.ok(text.split('\n').some((line) => line.startsWith(`${column} `)), `${column} in ${text}`);
+  }
+  await assertSame(reference);
+});
+
 test('The example has no problem in the eyes of gltf-validator, gltf-transform and draco3d', async (t) => {
   const found = await check(reference);
   t.diagnostic(JSON.stringify(found));

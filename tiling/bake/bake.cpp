@@ -78,7 +78,6 @@ class Run {
 
   void open(const json& scene, const scene::Sources& sources) {
     scene::OpenSettings open;
-    open.checked = [this] { use_.emplace(folder_, settings_.stop); };
     open.cache = folder_ / elevations_path();
     open.ingest.memory = settings_.memory / 4;
     open.ingest.threads = settings_.threads;
@@ -86,7 +85,14 @@ class Run {
     open.ingest.progress = [this](double part) {
       watch_.change([part](Progress& p) { p.ingest = std::max(p.ingest, part); });
     };
+    const auto from = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point checked = from;
+    open.checked = [&] {
+      checked = std::chrono::steady_clock::now();
+      use_.emplace(folder_, settings_.stop);
+    };
     scene_ = scene::open(scene, sources, open);
+    opening_ = checked - from;
     earth_ = dem::earth_of(scene_.frame);
   }
 
@@ -125,6 +131,12 @@ class Run {
         index_, [this] { gather(); }, settings_.threads, settings_.stop);
   }
 
+  void measure() {
+    if (!settings_.stats) return;
+    stats_ = measure_scene(scene_, index_.lattice, index_.planned);
+    stats_->generation = opening_.count();
+  }
+
   Report report() {
     watch_.change([this](Progress& p) {
       const auto baked = p.done - p.reused - p.cached;
@@ -140,7 +152,7 @@ class Run {
     });
     auto warnings = scene_.warnings;
     if (cache_ && !cache_->warning().empty()) warnings.push_back(cache_->warning());
-    return {watch_.progress(), std::move(warnings), index_.complete()};
+    return {watch_.progress(), std::move(warnings), index_.complete(), stats_};
   }
 
  private:
@@ -235,6 +247,8 @@ class Run {
   std::vector<Other> others_;
   tileset::Bake index_;  // its records grow under the watch's lock
   std::chrono::steady_clock::time_point shown_{};
+  std::chrono::duration<double> opening_{};
+  std::optional<Statistics> stats_;
 };
 
 }  // namespace
@@ -246,6 +260,7 @@ Report run(const json& scene, const scene::Sources& sources, const fs::path& fol
   run.plan();                // tile keys
   run.bake_tiles();          // each: slice, field, volume, surface, lod, glb, store
   run.index();               // measured errors, tilesets, bake.json
+  run.measure();             // if asked: the figures of a scene
   return run.report();
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
+#include "tiling/bake/stats.hpp"
 #include "tiling/plan/plan.hpp"
 
 /// tiling/bake: all stages in order. Read bake.cpp first.
@@ -29,6 +30,7 @@ struct Settings {
   std::size_t memory = std::size_t{1024} << 20;  // [bytes]
   std::optional<plan::Key> only;                 // bake this tile alone,
   std::optional<plan::Shard> shard;              // or this part of the plan alone
+  bool stats = false;                            // measure the scene, too
   bool force = false;                            // bake tiles again that are finished
   /// Finished tiles of any bakes, shared with others; empty: none. See store::Cache.
   std::filesystem::path cache;
@@ -43,6 +45,7 @@ struct Report {
   Progress progress;
   std::vector<std::string> warnings;
   bool complete = false;  // every planned tile is there
+  std::optional<Statistics> stats;
 };
 
 /// Bakes `scene` (JSON, with files as `sources` allows) into `folder`. What is finished there from

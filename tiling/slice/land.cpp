@@ -1,7 +1,6 @@
 #include "tiling/slice/land.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "engine/base/random.hpp"
@@ -70,6 +69,16 @@ Interval Land::heights(const Box& area) const {
   return range;
 }
 
+Interval Land::heights_at(double x, double y) const {
+  Interval range{Box::infinity, -Box::infinity};
+  for (std::size_t b = 0; b < windows_.size(); ++b) {
+    if (windows_[b].empty() || !may_cover(slice_.ground.bodies[b], x, y)) continue;
+    const double h = windows_[b].height(x, y) + slice_.ground.bodies[b].offset;
+    range = hull(range, {h, h});
+  }
+  return range;
+}
+
 Vec3 Land::metres(const StepPoint& p) const {
   return Vec3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])} *
          slice_.step();
@@ -80,31 +89,52 @@ BlockIndex Land::owner(const StepPoint& p) const {
   return {floor_divide(p[0], size), floor_divide(p[1], size), floor_divide(p[2], size)};
 }
 
+std::vector<Land::Run> Land::runs_of(std::span<const StepPoint> points) const {
+  const std::int64_t size = std::int64_t{block_cells} * slice_.lattice.units();
+  const auto holds = [size](const BlockIndex& b, const StepPoint& p) {
+    const auto inside = [size](std::int64_t at, std::int64_t block) {
+      return at >= block * size && at < (block + 1) * size;
+    };
+    return inside(p[0], b.x) && inside(p[1], b.y) && inside(p[2], b.z);
+  };
+  std::vector<Run> runs;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (runs.empty() || !holds(runs.back().block, points[i])) {
+      runs.push_back({owner(points[i]), i, i});
+    }
+    runs.back().to = i + 1;
+  }
+  return runs;
+}
+
+/// Visits runs of points that one block owns; those of one block together, unless they come in few
+/// runs anyhow, as the vertices of a surface do.
 template <class Visit>
 void Land::by_owner(std::span<const StepPoint> points, Visit visit) {
-  std::vector<BlockIndex> owners(points.size());
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0U);
-  for (std::size_t i = 0; i < points.size(); ++i) owners[i] = owner(points[i]);
-  const auto key = [&](std::uint32_t i) {
-    const auto& b = owners[i];
-    return std::array{b.z, b.y, b.x, static_cast<std::int64_t>(i)};
-  };
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return key(a) < key(b); });
+  auto runs = runs_of(points);
+  if (runs.size() > points.size() / 16) {
+    std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
+      return std::array{a.block.z, a.block.y, a.block.x} <
+             std::array{b.block.z, b.block.y, b.block.x};
+    });
+  }
   const std::int64_t size = std::int64_t{block_cells} * slice_.lattice.units();
   const auto step = static_cast<float>(slice_.step());
   std::vector<float> x, y, z;
-  for (std::size_t from = 0, to = 0; from < order.size(); from = to) {
-    const BlockIndex block = owners[order[from]];
-    while (to < order.size() && owners[order[to]] == block) ++to;
-    x.clear(), y.clear(), z.clear();
-    for (std::size_t i = from; i < to; ++i) {
-      const auto& p = points[order[i]];
-      x.push_back(static_cast<float>(p[0] - block.x * size) * step);
-      y.push_back(static_cast<float>(p[1] - block.y * size) * step);
-      z.push_back(static_cast<float>(p[2] - block.z * size) * step);
+  std::vector<std::uint32_t> order;
+  for (std::size_t from = 0, to = 0; from < runs.size(); from = to) {
+    const BlockIndex block = runs[from].block;
+    x.clear(), y.clear(), z.clear(), order.clear();
+    for (; to < runs.size() && runs[to].block == block; ++to) {
+      for (std::size_t i = runs[to].from; i < runs[to].to; ++i) {
+        const auto& p = points[i];
+        order.push_back(static_cast<std::uint32_t>(i));
+        x.push_back(static_cast<float>(p[0] - block.x * size) * step);
+        y.push_back(static_cast<float>(p[1] - block.y * size) * step);
+        z.push_back(static_cast<float>(p[2] - block.z * size) * step);
+      }
     }
-    visit(block, std::span(order).subspan(from, to - from), tree::Points{x, y, z});
+    visit(block, std::span<const std::uint32_t>(order), tree::Points{x, y, z});
   }
 }
 
@@ -127,6 +157,7 @@ std::vector<Vec3f> Land::normals(std::span<const StepPoint> points) {
 std::vector<Vec3> Land::steps_to_surface(std::span<const StepPoint> points) {
   std::vector<Vec3> steps(points.size());
   std::vector<float> value, gx, gy, gz;
+  std::vector<double> px, py, h, hx, hy;
   const auto newton = [](double above, const Vec3& gradient) {
     const double squared = dot(gradient, gradient);
     return squared > 0 ? gradient * (-above / squared) : Vec3{};
@@ -134,10 +165,16 @@ std::vector<Vec3> Land::steps_to_surface(std::span<const StepPoint> points) {
   by_owner(points, [&](const BlockIndex& block, auto indices, const tree::Points& at) {
     const auto n = at.size();
     if (const dem::Window* window = field(block).height_field()) {
-      for (const auto i : indices) {
-        const Vec3 p = metres(points[i]);
-        const auto h = window->at(p.x, p.y);
-        steps[i] = newton(h.h - p.z, {h.hx, h.hy, -1});
+      for (auto* all : {&px, &py, &h, &hx, &hy}) all->resize(n);
+      for (std::size_t i = 0; i < n; ++i) {
+        const Vec3 p = metres(points[indices[i]]);
+        px[i] = p.x;
+        py[i] = p.y;
+      }
+      window->at(px, py, {h, hx, hy});
+      for (std::size_t i = 0; i < n; ++i) {
+        const double z = metres(points[indices[i]]).z;
+        steps[indices[i]] = newton(h[i] - z, {hx[i], hy[i], -1});
       }
       return;
     }

@@ -36,6 +36,8 @@ class Land {
   bool in_world(std::int64_t i, std::int64_t j) const;
   /// Lowest and highest z [m] that can hold a surface over `area`; empty (low > high) if none.
   Interval heights(const Box& area) const;
+  /// Lowest and highest elevation [m] of the bodies at (x, y); empty (low > high) if none.
+  Interval heights_at(double x, double y) const;
 
   Vec3 metres(const StepPoint& p) const;
   BlockIndex owner(const StepPoint& p) const;
@@ -51,6 +53,12 @@ class Land {
   std::vector<float> values(std::span<const StepPoint> points);
 
  private:
+  /// Points next to each other that one block owns.
+  struct Run {
+    BlockIndex block;
+    std::size_t from, to;
+  };
+  std::vector<Run> runs_of(std::span<const StepPoint> points) const;
   template <class Visit>
   void by_owner(std::span<const StepPoint> points, Visit visit);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "tiling/surface/qef.hpp"
 #include "tiling/surface/snap.hpp"
 
 namespace hoodoo::surface {
@@ -21,6 +20,7 @@ Cells::Cells(const volume::Volume& volume, int units, Surface& out)
       }
     }
   }
+  place_sheets();
 }
 
 std::size_t Cells::group_of(const Index& b) const {
@@ -45,41 +45,18 @@ bool Cells::may_hold_surface(const Index& b) const {
   return false;
 }
 
-void Cells::read_rows(const Index& b, Rows& rows) const {
-  const auto& high = volume_.block_high();
-  for (std::size_t half = 0; half < 8; ++half) {
-    const std::size_t dx = half & 1, dy = half >> 1 & 1, dz = half >> 2;
-    const Index from{b[0] + static_cast<int>(dx), b[1] + static_cast<int>(dy),
-                     b[2] + static_cast<int>(dz)};
-    if (from[0] >= high[0] || from[1] >= high[1] || from[2] >= high[2]) continue;
-    const volume::Block* block = volume_.block(from);
-    const std::uint32_t uniform = block == nullptr && volume_.uniform_solid(from) ? 0xffffU : 0U;
-    const std::uint32_t keep = dx == 0 ? 0xffffU : 1U;
-    for (std::size_t z = 16 * dz; z < (dz == 0 ? 16U : 17U); ++z) {
-      for (std::size_t y = 16 * dy; y < (dy == 0 ? 16U : 17U); ++y) {
-        const std::uint32_t bits = block ? block->solid[(z & 15) * 16 + (y & 15)] : uniform;
-        rows[z][y] |= (bits & keep) << (16 * dx);
-      }
-    }
-  }
-}
-
-std::array<std::uint16_t, 16> Cells::inside_rows(const Index& b) const {
-  std::array<std::uint16_t, 16> rows{};
-  for (int y = 0; y < 16; ++y) {
-    unsigned bits = 0;
-    for (int x = 0; x < 16; ++x) {
-      bits |= (volume_.meshed(16 * b[0] + x, 16 * b[1] + y) ? 1U : 0U) << x;
-    }
-    rows[static_cast<std::size_t>(y)] = static_cast<std::uint16_t>(bits);
-  }
-  return rows;
-}
-
 void Cells::add_group(const Index& b) {
-  Rows rows{};
-  read_rows(b, rows);
-  const auto inside = inside_rows(b);
+  volume::Volume::Rows rows;
+  volume_.read_rows(b, rows);
+  const auto& meshed = volume_.meshed_rows(b[0], b[1]);
+  const auto& high = volume_.block_high();
+  Owners owners{};
+  for (std::size_t part = 0; part < 8; ++part) {
+    const Index at{b[0] + static_cast<int>(part & 1), b[1] + static_cast<int>(part >> 1 & 1),
+                   b[2] + static_cast<int>(part >> 2)};
+    const bool covered = at[0] < high[0] && at[1] < high[1] && at[2] < high[2];
+    if (covered) owners[part] = volume_.block(at);
+  }
   auto group = std::make_unique<Group>();
   for (std::size_t r = 0; r < 256; ++r) {
     const std::size_t y = r & 15, z = r >> 4;
@@ -89,55 +66,79 @@ void Cells::add_group(const Index& b) {
     const auto r00 = rows[z][y], r10 = rows[z][y + 1], r01 = rows[z + 1][y],
                r11 = rows[z + 1][y + 1];
     const auto any = r00 | r10 | r01 | r11, all = r00 & r10 & r01 & r11;
-    unsigned active = (any | any >> 1) & ~(all & all >> 1) & inside[y];
+    unsigned active = (any | any >> 1) & ~(all & all >> 1) & meshed[y + 1] >> 1 & 0xffffU;
     group->active[r] = static_cast<std::uint16_t>(active);
     for (; active != 0; active &= active - 1) {
       const int x = std::countr_zero(active);
       const unsigned mask =
           (r00 >> x & 3) | (r10 >> x & 3) << 2 | (r01 >> x & 3) << 4 | (r11 >> x & 3) << 6;
-      add_cell({16 * b[0] + x, 16 * b[1] + static_cast<int>(y), k}, mask, *group);
+      add_cell({16 * b[0] + x, 16 * b[1] + static_cast<int>(y), k}, mask, owners, *group);
     }
   }
   if (!group->cells.empty()) groups_[group_of(b)] = std::move(group);
 }
 
-void Cells::add_cell(const Index& cell, unsigned mask, Group& group) {
+void Cells::add_cell(const Index& cell, unsigned mask, const Owners& owners, Group& group) {
   const bool flipped = is_flipped(cell, mask);
-  group.cells.push_back(
-      {static_cast<std::uint32_t>(out_.points.size()), static_cast<std::uint8_t>(mask), flipped});
-  add_sheets(cell, case_of(mask, flipped));
+  const Case& sheets = case_of(mask, flipped);
+  const auto count = static_cast<std::size_t>(sheets.sheets);
+  if (waiting_count_ + count > SheetLanes::most) place_sheets();
+  group.cells.push_back({static_cast<std::uint32_t>(out_.points.size() + waiting_count_),
+                         static_cast<std::uint8_t>(mask), flipped});
+  for (std::size_t sheet = 0; sheet < count; ++sheet) {
+    waiting_[waiting_count_] = {cell, sheet == 0};
+    add_sheet(cell, sheets.edges[sheet], owners);
+  }
 }
 
-void Cells::add_sheets(const Index& cell, const Case& sheets) {
-  std::array<std::array<std::int32_t, 3>, 4> taken;
-  for (std::size_t sheet = 0; sheet < static_cast<std::size_t>(sheets.sheets); ++sheet) {
-    std::array<Plane3, 12> planes;
-    std::size_t count = 0;
-    for (unsigned edges = sheets.edges[sheet]; edges != 0; edges &= edges - 1) {
-      const auto edge = static_cast<unsigned>(std::countr_zero(edges));
-      const std::size_t a = edge / 4;
-      Index low = cell;
-      low[next_axis(a)] += edge & 1;
-      low[last_axis(a)] += edge >> 1 & 1;
-      const auto axis = static_cast<int>(a);
-      const auto& crossing = volume_.crossing(axis, low);
-      Vec3 point{static_cast<double>(low[0] - cell[0]), static_cast<double>(low[1] - cell[1]),
-                 static_cast<double>(low[2] - cell[2])};
-      point[axis] = static_cast<double>(crossing.t);
-      planes[count++] = {point, {crossing.normal.x, crossing.normal.y, crossing.normal.z}};
+/// Puts the planes at the crossings of `edges` into the next lane.
+void Cells::add_sheet(const Index& cell, unsigned edges, const Owners& owners) {
+  const std::size_t lane = waiting_count_++;
+  std::size_t count = 0;
+  for (; edges != 0; edges &= edges - 1, ++count) {
+    const auto edge = static_cast<unsigned>(std::countr_zero(edges));
+    const std::size_t a = edge / 4;
+    std::array<unsigned, 3> offset{};
+    offset[next_axis(a)] = edge & 1;
+    offset[last_axis(a)] = edge >> 1 & 1;
+    std::array<unsigned, 3> at{};  // the edge's low end, from the low corner of the group's block
+    unsigned owner = 0;
+    for (std::size_t d = 0; d < 3; ++d) {
+      at[d] = static_cast<unsigned>(cell[d] & 15) + offset[d];
+      owner |= at[d] >> 4 << d;
     }
-    const std::span<const Plane3> used(planes.data(), count);
-    const Vec3 mean = mean_point(used);
-    const Vec3 best = mean + minimise(used, mean);
-    taken[sheet] = free_point<3>({snap(best.x, units_), snap(best.y, units_), snap(best.z, units_)},
-                                 std::span(taken).first(sheet), {mean.x, mean.y, mean.z}, units_);
-    auto point = taken[sheet];
+    const auto& crossing = owners[owner]->crossing(a, (at[2] & 15) * 16 + (at[1] & 15), at[0] & 15);
+    for (std::size_t d = 0; d < 3; ++d) {
+      lanes_.point[count][d][lane] = static_cast<float>(offset[d]);
+    }
+    lanes_.point[count][a][lane] = crossing.t;
+    lanes_.normal[count][0][lane] = crossing.normal.x;
+    lanes_.normal[count][1][lane] = crossing.normal.y;
+    lanes_.normal[count][2][lane] = crossing.normal.z;
+  }
+  lanes_.count[lane] = static_cast<double>(count);
+}
+
+void Cells::place_sheets() {
+  solve(lanes_, waiting_count_, units_);
+  std::array<std::array<std::int32_t, 3>, 4> taken;
+  std::size_t taken_count = 0;
+  for (std::size_t i = 0; i < waiting_count_; ++i) {
+    const auto& [cell, first] = waiting_[i];
+    if (first) taken_count = 0;
+    std::array<std::int32_t, 3> point{lanes_.steps[0][i], lanes_.steps[1][i], lanes_.steps[2][i]};
+    if (taken_count > 0) {
+      point = free_point<3>(point, std::span(taken).first(taken_count),
+                            {lanes_.mean[0][i], lanes_.mean[1][i], lanes_.mean[2][i]}, units_);
+    }
+    taken[taken_count++] = point;
     for (std::size_t d = 0; d < 3; ++d) {
       point[d] += static_cast<std::int32_t>(cell[d] - volume_.low()[d]) * units_;
     }
     out_.points.push_back(point);
     out_.planes.push_back(0);
   }
+  waiting_count_ = 0;
 }
 
 unsigned Cells::mask_of(const Index& cell) const {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "tiling/surface/lanes.hpp"
 #include "tiling/surface/surface.hpp"
 #include "tiling/surface/tables.hpp"
 #include "tiling/volume/volume.hpp"
@@ -24,16 +25,9 @@ class Cells {
   }
   /// The vertex of the sheet that holds `edge` of `cell`; the edge is crossed, the cell inside.
   std::uint32_t vertex(const volume::Index& cell, unsigned edge) const {
-    const auto& group = *groups_[group_of({cell[0] >> 4, cell[1] >> 4, cell[2] >> 4})];
-    const auto row = static_cast<std::size_t>((cell[2] & 15) * 16 + (cell[1] & 15));
-    const unsigned before = group.active[row] & ((1U << (cell[0] & 15)) - 1);
-    const Cell& c =
-        group
-            .cells[std::size_t{group.first[row]} + static_cast<std::size_t>(std::popcount(before))];
-    return c.first_vertex + static_cast<std::uint32_t>(case_of(c.mask, c.flipped).sheet[edge]);
+    return vertex(*group({cell[0] >> 4, cell[1] >> 4, cell[2] >> 4}), cell, edge);
   }
 
- private:
   struct Cell {
     std::uint32_t first_vertex;
     std::uint8_t mask;
@@ -45,19 +39,30 @@ class Cells {
     std::array<std::uint16_t, 256> first{};   // active cells before the row
     std::vector<Cell> cells;
   };
-  /// Signs of the 17^3 points of a group's cells: bit x of rows[z][y].
-  using Rows = std::array<std::array<std::uint32_t, 17>, 17>;
+  /// Null where no cell is active.
+  const Group* group(const volume::Index& b) const { return groups_[group_of(b)].get(); }
+  /// As above, for a cell of `group`.
+  std::uint32_t vertex(const Group& group, const volume::Index& cell, unsigned edge) const {
+    const auto row = static_cast<std::size_t>((cell[2] & 15) * 16 + (cell[1] & 15));
+    const unsigned before = group.active[row] & ((1U << (cell[0] & 15)) - 1);
+    const Cell& c = group.cells[group.first[row] + volume::count_bits(before)];
+    return c.first_vertex + static_cast<std::uint32_t>(case_of(c.mask, c.flipped).sheet[edge]);
+  }
+
+ private:
+  /// The blocks that own the edges of a group's cells: its own and those beyond it, null where not
+  /// stored. Bit a of an index: beyond along axis a.
+  using Owners = std::array<const volume::Block*, 8>;
 
   const Case& case_of(unsigned mask, bool flipped) const {
     return flipped ? flipped_[mask] : base_[mask];
   }
   std::size_t group_of(const volume::Index& b) const;
   bool may_hold_surface(const volume::Index& b) const;
-  void read_rows(const volume::Index& b, Rows& rows) const;
-  std::array<std::uint16_t, 16> inside_rows(const volume::Index& b) const;
   void add_group(const volume::Index& b);
-  void add_cell(const volume::Index& cell, unsigned mask, Group& group);
-  void add_sheets(const volume::Index& cell, const Case& sheets);
+  void add_cell(const volume::Index& cell, unsigned mask, const Owners& owners, Group& group);
+  void add_sheet(const volume::Index& cell, unsigned edges, const Owners& owners);
+  void place_sheets();
   unsigned mask_of(const volume::Index& cell) const;
   bool is_flipped(const volume::Index& cell, unsigned mask) const;
 
@@ -67,6 +72,14 @@ class Cells {
   const std::array<Case, 256>& base_ = cases();
   const std::array<Case, 256>& flipped_ = flipped_cases();
   std::vector<std::unique_ptr<Group>> groups_;
+  // Sheets that wait for their vertices: all those of a cell together.
+  SheetLanes lanes_;
+  struct Waiting {
+    volume::Index cell;
+    bool first;  // of its cell
+  };
+  std::array<Waiting, SheetLanes::most> waiting_;
+  std::size_t waiting_count_ = 0;
 };
 
 }  // namespace hoodoo::surface

@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
-#include <cmath>
+#include <utility>
 
 #include "tiling/surface/borders.hpp"
 #include "tiling/surface/cells.hpp"
+#include "tiling/surface/lanes.hpp"
 #include "tiling/surface/surface.hpp"
 
 namespace hoodoo::surface {
@@ -36,19 +38,18 @@ class Mesher {
   Mesher(const volume::Volume& volume, int units, Surface& out)
       : volume_(volume), out_(out), cells_(volume, units, out), borders_(volume, units, out) {}
 
-  void add_polygons(int axis, const Index& low) {
-    const Ring ring = ring_around(axis, low);
-    const Edge edge{axis, low, volume_.solid(low) ? 1 : -1, &volume_.crossing(axis, low)};
-    if (ring.inside == all_quadrants) {
-      add_inner(edge, ring);
-      return;
-    }
-    // On a corner of the border the polygon has a corner too. Boxes that share this edge see the
-    // same quadrants of the world, so they agree on it.
-    const bool has_corner = !is_straight(ring.inside) || !is_straight(ring.in_world);
-    for (std::size_t q = 0; q < 4; ++q) {
-      if (has(ring.inside, q) && !has(ring.inside, q + 3)) add_run(edge, ring, q, has_corner);
-    }
+  /// Polygons of all crossed edges, block by block, in the order of their crossings.
+  void run() {
+    const auto& from = volume_.block_low();
+    const auto& to = volume_.block_high();
+    std::size_t crossings = 0;
+    for_each_block(from, to,
+                   [&](const Index&, const Block& b) { crossings += b.crossings.size(); });
+    out_.triangles.reserve(2 * crossings);
+    out_.materials.reserve(2 * crossings);
+    for_each_block(from, to, [&](const Index& b, const Block& block) {
+      if (!block.crossings.empty()) add_block(b, block);
+    });
   }
 
  private:
@@ -58,6 +59,83 @@ class Mesher {
     int sign;  // +1: the low end is solid
     const volume::Crossing* crossing;
   };
+  using Block = volume::Block;
+  /// The groups of the cells around a block's edges: its own and those before it, null where no
+  /// cell is active. Bit a of an index: before along axis a.
+  using Groups = std::array<const Cells::Group*, 8>;
+
+  template <class Visit>
+  void for_each_block(const Index& from, const Index& to, Visit visit) const {
+    for (std::int64_t z = from[2]; z < to[2]; ++z) {
+      for (std::int64_t y = from[1]; y < to[1]; ++y) {
+        for (std::int64_t x = from[0]; x < to[0]; ++x) {
+          const Index b{x, y, z};
+          if (const Block* block = volume_.block(b)) visit(b, *block);
+        }
+      }
+    }
+  }
+
+  Groups groups_around(const Index& b) const {
+    Groups groups{};
+    const auto& low = volume_.block_low();
+    for (std::size_t part = 0; part < 8; ++part) {
+      const Index at{b[0] - static_cast<int>(part & 1), b[1] - static_cast<int>(part >> 1 & 1),
+                     b[2] - static_cast<int>(part >> 2)};
+      const bool covered = at[0] >= low[0] && at[1] >= low[1] && at[2] >= low[2];
+      if (covered) groups[part] = cells_.group(at);
+    }
+    return groups;
+  }
+
+  /// Edges of a row all four of whose cells are part of this surface, one bit each.
+  unsigned inner_edges(std::size_t axis, const volume::Volume::MeshedRows& meshed, std::size_t y,
+                       std::int64_t z) const {
+    if (z >= volume_.high()[2] || (axis != 2 && z <= volume_.low()[2])) return 0;
+    std::uint32_t all = meshed[y + 1] >> 1;
+    if (axis != 1) all &= meshed[y] >> 1;
+    if (axis != 0) all &= meshed[y + 1];
+    if (axis == 2) all &= meshed[y];
+    return all & 0xffffU;
+  }
+
+  void add_block(const Index& b, const Block& block) {
+    const Groups groups = groups_around(b);
+    const auto& meshed = volume_.meshed_rows(b[0], b[1]);
+    const volume::Crossing* crossing = block.crossings.data();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t r = 0; r < 256; ++r) {
+        unsigned bits = block.crossed[axis][r];
+        if (bits == 0) continue;
+        Index low{0, 16 * b[1] + static_cast<int>(r & 15), 16 * b[2] + static_cast<int>(r >> 4)};
+        const unsigned inner = inner_edges(axis, meshed, r & 15, low[2]);
+        for (; bits != 0; bits &= bits - 1, ++crossing) {
+          const int x = std::countr_zero(bits);
+          low[0] = 16 * b[0] + x;
+          const int sign = (block.solid[r] >> x & 1) != 0 ? 1 : -1;
+          const Edge edge{static_cast<int>(axis), low, sign, crossing};
+          if ((inner >> x & 1) != 0) {
+            add_inner(edge, groups);
+          } else {
+            place_quads(edge.axis);
+            add_polygons(edge);
+          }
+        }
+      }
+      place_quads(static_cast<int>(axis));
+    }
+  }
+
+  void add_polygons(const Edge& edge) {
+    const Ring ring = ring_around(edge.axis, edge.low);
+    // On a corner of the border the polygon has a corner too. Boxes that share this edge see the
+    // same quadrants of the world, so they agree on it.
+    const bool has_corner = !is_straight(ring.inside) || !is_straight(ring.in_world);
+    for (std::size_t q = 0; q < 4; ++q) {
+      if (has(ring.inside, q) && !has(ring.inside, q + 3)) add_run(edge, ring, q, has_corner);
+    }
+  }
+
   /// Corners of a polygon, counter-clockwise about the axis of its edge. The point of the edge
   /// itself, where there is one, comes last.
   struct Polygon {
@@ -102,10 +180,41 @@ class Mesher {
     return borders_.face_vertex(face, k, edge_of_world ? world_edge : 0);
   }
 
-  void add_inner(const Edge& edge, const Ring& ring) {
-    std::array<std::uint32_t, 4> corners;
-    for (std::size_t q = 0; q < 4; ++q) corners[q] = cell_vertex(edge, ring, q);
-    add_quad(edge, corners);
+  /// The quadrilateral of four cells; it waits for its diagonal.
+  void add_inner(const Edge& edge, const Groups& groups) {
+    const auto a = static_cast<std::size_t>(edge.axis);
+    const std::size_t lane = waiting_count_++;
+    Waiting& quad = waiting_[lane];
+    quad.edge = edge;
+    for (std::size_t q = 0; q < 4; ++q) {
+      Index cell = edge.low;
+      std::size_t part = 0;
+      const auto before = [&](std::size_t axis, int offset) {
+        if (offset < 0 && (cell[axis]-- & 15) == 0) part |= std::size_t{1} << axis;
+      };
+      before(next_axis(a), quadrant_u[q]);
+      before(last_axis(a), quadrant_v[q]);
+      const auto number = static_cast<unsigned>(-quadrant_u[q] - 2 * quadrant_v[q]);
+      const auto vertex = cells_.vertex(*groups[part], cell, 4 * static_cast<unsigned>(a) + number);
+      quad.corners[q] = vertex;
+      for (std::size_t d = 0; d < 3; ++d) lanes_.corner[q][d][lane] = out_.points[vertex][d];
+    }
+    const auto& n = edge.crossing->normal;
+    lanes_.wanted[0][lane] = n.x;
+    lanes_.wanted[1][lane] = n.y;
+    lanes_.wanted[2][lane] = n.z;
+    lanes_.sign[lane] = static_cast<float>(edge.sign);
+    if (waiting_count_ == QuadLanes::most) place_quads(edge.axis);
+  }
+
+  /// Those that wait are all around edges along `axis`.
+  void place_quads(int axis) {
+    if (waiting_count_ == 0) return;
+    cut(lanes_, waiting_count_, axis);
+    for (std::size_t i = 0; i < waiting_count_; ++i) {
+      add_quad(waiting_[i].edge, waiting_[i].corners, lanes_.diagonal[i]);
+    }
+    waiting_count_ = 0;
   }
 
   /// The polygon of the quadrants inside from `first` on.
@@ -121,8 +230,7 @@ class Mesher {
     }
     assert(polygon.count >= 4);
     if (polygon.count == 4) {
-      const auto& c = polygon.corners;
-      add_quad(edge, {c[0], c[1], c[2], c[3]});
+      add_lone_quad(edge, polygon);
       return;
     }
     // The edge's own point sees every other corner: each lies in the quadrant after the one before.
@@ -132,14 +240,29 @@ class Mesher {
     }
   }
 
+  void add_lone_quad(const Edge& edge, const Polygon& polygon) {
+    for (std::size_t q = 0; q < 4; ++q) {
+      const auto& p = out_.points[polygon.corners[q]];
+      for (std::size_t d = 0; d < 3; ++d) lanes_.corner[q][d][0] = p[d];
+    }
+    const auto& n = edge.crossing->normal;
+    lanes_.wanted[0][0] = n.x;
+    lanes_.wanted[1][0] = n.y;
+    lanes_.wanted[2][0] = n.z;
+    lanes_.sign[0] = static_cast<float>(edge.sign);
+    cut(lanes_, 1, edge.axis);
+    const auto& c = polygon.corners;
+    add_quad(edge, {c[0], c[1], c[2], c[3]}, lanes_.diagonal[0]);
+  }
+
   void add_triangle(const Edge& edge, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     if (edge.sign < 0) std::swap(b, c);
     out_.triangles.push_back({a, b, c});
     out_.materials.push_back(edge.crossing->material);
   }
 
-  void add_quad(const Edge& edge, const std::array<std::uint32_t, 4>& c) {
-    if (better_diagonal(edge, c) == 0) {
+  void add_quad(const Edge& edge, const std::array<std::uint32_t, 4>& c, int diagonal) {
+    if (diagonal == 0) {
       add_triangle(edge, c[0], c[1], c[2]);
       add_triangle(edge, c[0], c[2], c[3]);
     } else {
@@ -148,39 +271,17 @@ class Mesher {
     }
   }
 
-  /// Normal of a triangle that is counter-clockwise about the edge's axis, turned out of the solid.
-  Vec3 normal(const Edge& edge, std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-    const auto& p = out_.points[a];
-    const auto from = [&](std::uint32_t v) {
-      const auto& q = out_.points[v];
-      return Vec3{static_cast<double>(q[0] - p[0]), static_cast<double>(q[1] - p[1]),
-                  static_cast<double>(q[2] - p[2])};
-    };
-    return cross(from(b), from(c)) * edge.sign;
-  }
-
-  /// The diagonal from corner 0 or 1: one whose triangles both run counter-clockwise about the
-  /// edge, which at least one does, since the corners lie in successive quadrants around it. If
-  /// both, the one whose triangles agree better with the normal of the crossing.
-  std::size_t better_diagonal(const Edge& edge, const std::array<std::uint32_t, 4>& c) const {
-    const auto& n = edge.crossing->normal;
-    const Vec3 wanted{n.x, n.y, n.z};
-    std::array<double, 2> agreement;
-    for (std::size_t d = 0; d < 2; ++d) {
-      const Vec3 first = normal(edge, c[d], c[d + 1], c[(d + 2) & 3]);
-      const Vec3 second = normal(edge, c[d], c[(d + 2) & 3], c[(d + 3) & 3]);
-      // Coordinates are whole steps within two cells, so these areas are exact.
-      if (!(first[edge.axis] * edge.sign > 0 && second[edge.axis] * edge.sign > 0)) return 1 - d;
-      agreement[d] =
-          std::min(dot(first, wanted) / length(first), dot(second, wanted) / length(second));
-    }
-    return agreement[0] >= agreement[1] ? 0 : 1;
-  }
-
   const volume::Volume& volume_;
   Surface& out_;
   Cells cells_;
   Borders borders_;
+  struct Waiting {
+    Edge edge;
+    std::array<std::uint32_t, 4> corners;
+  };
+  std::array<Waiting, QuadLanes::most> waiting_;
+  QuadLanes lanes_;
+  std::size_t waiting_count_ = 0;
 };
 
 }  // namespace
@@ -191,7 +292,7 @@ Surface polygonize(const volume::Volume& volume, int units,
   Surface surface;
   Mesher mesher(volume, units, surface);
   if (settle) settle(surface.points);
-  volume.for_each_crossing([&](int axis, const Index& low) { mesher.add_polygons(axis, low); });
+  mesher.run();
   return surface;
 }
 

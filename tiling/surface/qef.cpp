@@ -6,8 +6,7 @@
 namespace hoodoo::surface {
 namespace {
 
-constexpr double least_eigenvalue = 0.1;  // of the largest
-constexpr double least_normal = 1e-6;     // of a normal's part in a face
+constexpr double least_normal = 1e-6;  // of a normal's part in a face
 
 /// A symmetric 3 x 3 matrix.
 struct Symmetric {

@@ -6,6 +6,9 @@
 
 namespace hoodoo::surface {
 
+/// Directions whose eigenvalue is below this much of the largest do not count.
+inline constexpr double least_eigenvalue = 0.1;
+
 /// A crossing in the frame of its cell, edges of length 1, and its unit normal.
 struct Plane3 {
   Vec3 point, normal;

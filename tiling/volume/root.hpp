@@ -12,6 +12,8 @@ namespace hoodoo::volume {
 class RootFinder {
  public:
   static constexpr double tolerance = 1e-4;  // width of the last bracket, in edges
+  /// 2^(n_1/2 + n_0) for a bracket of 1 and the tolerance above; halved at each step.
+  static constexpr double first_room = 32768;
 
   RootFinder() = default;
   /// `low` and `high` are the values at t = 0 and t = 1 less the iso value; their signs differ.
@@ -44,7 +46,7 @@ class RootFinder {
 
  private:
   double low_ = 0, high_ = 1, f_low_ = -1, f_high_ = 1;
-  double room_ = 32768;  // 2^(n_1/2 + n_0) for a bracket of 1 and the tolerance above
+  double room_ = first_room;
 };
 
 }  // namespace hoodoo::volume

@@ -1,31 +1,33 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "engine/dem/window.hpp"
 #include "engine/tree/field.hpp"
 #include "engine/tree/node.hpp"
+#include "engine/tree/reach.hpp"
 #include "engine/tree/region.hpp"
 #include "tiling/slice/land.hpp"
-#include "tiling/volume/root.hpp"
+#include "tiling/volume/crossings.hpp"
+#include "tiling/volume/lanes.hpp"
 #include "tiling/volume/volume.hpp"
 
 namespace hoodoo::volume {
 namespace {
 
 constexpr double iso = 0.5;
-constexpr double nearest_end = 1.0 / 256;  // a crossing that its owner does not bracket
-
-Vec3f to_float(const Vec3& v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
+/// Blocks whose values wait for their crossings: 8 MiB.
+constexpr std::size_t most_kept = 512;
 
 /// Points of one block that the volume's closed box holds, as [from, to) local indices.
 struct Part {
   std::array<int, 3> from, to;
   bool empty() const { return from[0] >= to[0] || from[1] >= to[1] || from[2] >= to[2]; }
+  bool whole() const { return from == std::array{0, 0, 0} && to == std::array{16, 16, 16}; }
 };
 Part part_of(const Volume& volume, const Index& b) {
   Part part{};
@@ -40,7 +42,10 @@ Part part_of(const Volume& volume, const Index& b) {
 class Sampler {
  public:
   Sampler(slice::Land& land, Volume& volume)
-      : land_(land), volume_(volume), spacing_(land.slice().spacing()) {}
+      : land_(land), volume_(volume), spacing_(land.slice().spacing()) {
+    const auto& high = volume.block_high();
+    kept_.resize(place_of({high[0] - 1, high[1] - 1, high[2] - 1}) + 1);
+  }
 
   void run() {
     for (std::int64_t y = volume_.block_low()[1]; y < volume_.block_high()[1]; ++y) {
@@ -49,7 +54,17 @@ class Sampler {
       }
     }
     volume_.mark();
-    gather_crossings();
+    CrossingFinder finder(land_, volume_);
+    for (std::int64_t z = volume_.block_low()[2]; z < volume_.block_high()[2]; ++z) {
+      for (std::int64_t y = volume_.block_low()[1]; y < volume_.block_high()[1]; ++y) {
+        for (std::int64_t x = volume_.block_low()[0]; x < volume_.block_high()[0]; ++x) {
+          const Index b{x, y, z};
+          if (volume_.block(b) == nullptr) continue;
+          const auto known = std::move(kept_[place_of(b)]);
+          finder.find(b, known.get());
+        }
+      }
+    }
   }
 
  private:
@@ -71,11 +86,41 @@ class Sampler {
 
   void sample_column(std::int64_t x, std::int64_t y) {
     if (!column_matters(x, y)) return;
-    heights_.clear();
+    heights_of_ = nullptr;
     columns_.clear();
+    const auto surface = surface_of_column(x, y);
     for (std::int64_t z = volume_.block_low()[2]; z < volume_.block_high()[2]; ++z) {
-      sample_block({x, y, z});
+      const double bottom = origin({x, y, z}).z, top = bottom + 16 * spacing_;
+      if (surface && bottom > surface->high + spacing_) {
+        volume_.set_uniform({x, y, z}, false);
+      } else if (surface && top < surface->low - spacing_) {
+        volume_.set_uniform({x, y, z}, true);
+      } else {
+        sample_block({x, y, z});
+      }
     }
+  }
+
+  /// The z [m] between which all of the surface in a block column lies, where the ground is one
+  /// height field and steps that can only act where their trees reach: blocks beyond need no field.
+  std::optional<Interval> surface_of_column(std::int64_t x, std::int64_t y) const {
+    const auto& ground = land_.slice().ground;
+    if (ground.bodies.size() != 1) return std::nullopt;
+    const auto& body = ground.bodies[0];
+    // With a falloff beyond this, single precision may not tell solid from air a cell away.
+    const bool plain = !body.inverted && body.domain.empty() && !body.slope_corrected &&
+                       body.falloff < 1e5 * spacing_;
+    if (!plain) return std::nullopt;
+    Box column{origin({x, y, volume_.block_low()[2]}),
+               origin({x + 1, y + 1, volume_.block_high()[2]})};
+    Interval range = land_.heights(column);
+    if (range.low > range.high) return std::nullopt;
+    for (const tree::Step& step : ground.steps) {
+      if (step.operation == tree::Operation::intersect) return std::nullopt;
+      const auto reach = tree::reach_over(step, column.grown(spacing_));
+      if (!reach.empty()) range = hull(range, reach.z);
+    }
+    return range;
   }
 
   void sample_block(const Index& b) {
@@ -96,18 +141,10 @@ class Sampler {
 
   void sample_heights(const Index& b, const Part& part, const dem::Window& window) {
     const Vec3 at = origin(b);
-    if (heights_.empty() || heights_of_ != &window) look_up(at, window);
-    Block& block = volume_.make_block(b);
-    for (int k = part.from[2]; k < part.to[2]; ++k) {
-      const double z = at.z + k * spacing_;
-      for (int j = part.from[1]; j < part.to[1]; ++j) {
-        unsigned bits = 0;
-        for (int i = part.from[0]; i < part.to[0]; ++i) {
-          bits |= (heights_[static_cast<std::size_t>(16 * i + j)] > z ? 1U : 0U) << i;
-        }
-        block.solid[static_cast<std::size_t>(16 * k + j)] = static_cast<std::uint16_t>(bits);
-      }
-    }
+    if (heights_of_ != &window) look_up(at, window);
+    std::array<std::uint16_t, 256> rows;
+    find_signs(heights_, at.z, spacing_, rows);
+    put_signs(b, part, rows);
   }
 
   /// The elevations of the block column at `at`.
@@ -118,8 +155,32 @@ class Sampler {
       y[i] = at.y + static_cast<double>(i) * spacing_;
     }
     heights_of_ = &window;
-    heights_.resize(256);
-    window.heights(x, y, heights_);
+    std::array<double, 256> by_column;
+    window.heights(x, y, by_column);
+    for (std::size_t i = 0; i < 16; ++i) {
+      for (std::size_t j = 0; j < 16; ++j) heights_[16 * j + i] = by_column[16 * i + j];
+    }
+  }
+
+  /// Keeps the part's rows. A block whose points are all alike is not stored.
+  void put_signs(const Index& b, const Part& part, const std::array<std::uint16_t, 256>& rows) {
+    const unsigned inside = (1U << part.to[0]) - (1U << part.from[0]);
+    unsigned any = 0, all = inside;
+    for (int k = part.from[2]; k < part.to[2]; ++k) {
+      for (int j = part.from[1]; j < part.to[1]; ++j) {
+        const unsigned row = rows[static_cast<std::size_t>(16 * k + j)];
+        any |= row & inside;
+        all &= row;
+      }
+    }
+    if (any == 0 || all == inside) return volume_.set_uniform(b, any != 0);
+    Block& block = volume_.make_block(b);
+    for (int k = part.from[2]; k < part.to[2]; ++k) {
+      for (int j = part.from[1]; j < part.to[1]; ++j) {
+        const auto r = static_cast<std::size_t>(16 * k + j);
+        block.solid[r] = static_cast<std::uint16_t>(rows[r] & inside);
+      }
+    }
   }
 
   void sample_field(const Index& b, const Part& part, const tree::Field& field) {
@@ -131,204 +192,55 @@ class Sampler {
     };
     place(x_, 0), place(y_, 1), place(z_, 2);
     const tree::Grid grid{x_, y_, z_};
-    value_.resize(grid.size());
-    field.grid(grid, value_, &columns_);
-    Block& block = volume_.make_block(b);
+    std::array<std::uint16_t, 256> rows{};
+    volume_.add_evaluations(grid.size());
+    if (part.whole()) {
+      field.grid(grid, values_, &columns_);
+      find_signs(values_, rows);
+    } else {
+      value_.resize(grid.size());
+      field.grid(grid, value_, &columns_);
+      find_part_signs(part, rows);
+    }
+    put_signs(b, part, rows);
+    if (part.whole() && volume_.block(b) != nullptr) keep_values(b);
+  }
+
+  void find_part_signs(const Part& part, std::array<std::uint16_t, 256>& rows) const {
     std::size_t n = 0;
     for (int i = part.from[0]; i < part.to[0]; ++i) {
       for (int j = part.from[1]; j < part.to[1]; ++j) {
         for (int k = part.from[2]; k < part.to[2]; ++k, ++n) {
-          auto& row = block.solid[static_cast<std::size_t>(16 * k + j)];
+          auto& row = rows[static_cast<std::size_t>(16 * k + j)];
           if (value_[n] > static_cast<float>(iso)) row = static_cast<std::uint16_t>(row | 1U << i);
         }
       }
     }
   }
-
-  /// Edges come block by block: each block's are found in one batch.
-  void gather_crossings() {
-    std::optional<Index> current;
-    volume_.for_each_crossing([&](int axis, const Index& p) {
-      const Index b{p[0] >> 4, p[1] >> 4, p[2] >> 4};
-      if (current && *current != b) find_crossings(*current);
-      current = b;
-      edges_.push_back({p, axis});
-    });
-    if (current) find_crossings(*current);
+  /// Values at the ends of edges need not be found again.
+  void keep_values(const Index& b) {
+    if (kept_count_ == most_kept) return;
+    ++kept_count_;
+    kept_[place_of(b)] = std::make_unique<BlockValues>(values_);
   }
-
-  void find_crossings(const Index& b) {
-    const tree::Field& field = land_.field({b[0], b[1], b[2]});
-    if (const dem::Window* window = field.height_field()) {
-      for (const auto& edge : edges_) cross_heights(edge, *window);
-      set_materials(b, field);
-    } else {
-      cross_field(b, field);
-    }
-    edges_.clear();
-  }
-
-  struct Edge {
-    Index low;
-    int axis;
-  };
-
-  /// Direct elevation extraction: on a vertical edge the crossing is h itself.
-  void cross_heights(const Edge& edge, const dem::Window& window) {
-    const auto& p = edge.low;
-    const double x = static_cast<double>(p[0]) * spacing_, y = static_cast<double>(p[1]) * spacing_;
-    const double z = static_cast<double>(p[2]) * spacing_;
-    Vec3 at{x, y, z};
-    double t = 0;
-    if (edge.axis == 2) {
-      t = std::clamp((window.height(x, y) - z) / spacing_, 0.0, 1.0);
-    } else {
-      const auto above = [&](double u) {
-        const double dx = edge.axis == 0 ? u * spacing_ : 0, dy = edge.axis == 1 ? u * spacing_ : 0;
-        return window.height(x + dx, y + dy) - z;
-      };
-      t = cross(edge, above(0), above(1), above);
-    }
-    at[edge.axis] += t * spacing_;
-    const dem::Height h = window.at(at.x, at.y);
-    auto& crossing = volume_.crossing(edge.axis, p);
-    crossing.t = static_cast<float>(t);
-    crossing.normal = to_float(normalized({-h.hx, -h.hy, 1}));
-  }
-
-  Index high_end(const Edge& edge) const {
-    Index q = edge.low;
-    ++q[static_cast<std::size_t>(edge.axis)];
-    return q;
-  }
-
-  /// The end whose stored sign the owner's own value contradicts, if any.
-  std::optional<double> disagreeing_end(const Edge& edge, double low, double high) const {
-    if ((low > 0) != volume_.solid(edge.low)) return nearest_end;
-    if ((high > 0) != volume_.solid(high_end(edge))) return 1 - nearest_end;
-    return std::nullopt;
-  }
-
-  template <class Above>
-  double cross(const Edge& edge, double low, double high, const Above& above) const {
-    if (const auto end = disagreeing_end(edge, low, high)) return *end;
-    RootFinder finder(low, high);
-    while (!finder.done()) {
-      const double t = finder.next();
-      finder.put(t, above(t));
-    }
-    return finder.root();
-  }
-
-  void cross_field(const Index& b, const tree::Field& field) {
-    const std::size_t n = edges_.size();
-    std::vector<double> t(n, 0.0), low(n), high(n);
-    evaluate_at(b, field, t);
-    for (std::size_t i = 0; i < n; ++i) low[i] = value_[i] - iso;
-    std::fill(t.begin(), t.end(), 1.0);
-    evaluate_at(b, field, t);
-    for (std::size_t i = 0; i < n; ++i) high[i] = value_[i] - iso;
-    std::vector<RootFinder> finders(n);
-    std::vector<bool> fixed(n, false);
-    for (std::size_t i = 0; i < n; ++i) {
-      if (const auto end = disagreeing_end(edges_[i], low[i], high[i])) {
-        t[i] = *end;
-        fixed[i] = true;
-      } else {
-        finders[i] = RootFinder(low[i], high[i]);
-      }
-    }
-    find_roots(b, field, finders, fixed, t);
-    finish_crossings(b, field, t);
-  }
-
-  /// All edges of a block step together until the last is done; those done keep their root.
-  void find_roots(const Index& b, const tree::Field& field, std::vector<RootFinder>& finders,
-                  const std::vector<bool>& fixed, std::vector<double>& t) {
-    for (;;) {
-      active_.clear();
-      for (std::size_t i = 0; i < finders.size(); ++i) {
-        if (fixed[i]) continue;
-        t[i] = finders[i].done() ? finders[i].root() : finders[i].next();
-        if (!finders[i].done()) active_.push_back(i);
-      }
-      if (active_.empty()) return;
-      place_points(b, t, active_);
-      value_.resize(x_.size());
-      field.values({x_, y_, z_}, value_);
-      for (std::size_t k = 0; k < active_.size(); ++k) {
-        finders[active_[k]].put(t[active_[k]], value_[k] - iso);
-      }
-    }
-  }
-
-  void evaluate_at(const Index& b, const tree::Field& field, const std::vector<double>& t) {
-    active_.resize(edges_.size());
-    for (std::size_t i = 0; i < edges_.size(); ++i) active_[i] = i;
-    place_points(b, t, active_);
-    value_.resize(x_.size());
-    field.values({x_, y_, z_}, value_);
-  }
-
-  /// Points at `t` along the chosen edges, relative to the block's origin.
-  void place_points(const Index& b, const std::vector<double>& t,
-                    const std::vector<std::size_t>& chosen) {
-    x_.resize(chosen.size()), y_.resize(chosen.size()), z_.resize(chosen.size());
-    for (std::size_t k = 0; k < chosen.size(); ++k) {
-      const Edge& edge = edges_[chosen[k]];
-      Vec3 local{static_cast<double>(edge.low[0] - 16 * b[0]),
-                 static_cast<double>(edge.low[1] - 16 * b[1]),
-                 static_cast<double>(edge.low[2] - 16 * b[2])};
-      local[edge.axis] += t[chosen[k]];
-      x_[k] = static_cast<float>(local.x * spacing_);
-      y_[k] = static_cast<float>(local.y * spacing_);
-      z_[k] = static_cast<float>(local.z * spacing_);
-    }
-  }
-
-  void finish_crossings(const Index& b, const tree::Field& field, const std::vector<double>& t) {
-    const std::size_t n = edges_.size();
-    evaluate_at(b, field, t);
-    std::vector<float> gx(n), gy(n), gz(n);
-    field.gradients({x_, y_, z_}, value_, {gx, gy, gz});
-    for (std::size_t i = 0; i < n; ++i) {
-      const Edge& edge = edges_[i];
-      auto& crossing = volume_.crossing(edge.axis, edge.low);
-      Vec3 outward;
-      outward[edge.axis] = volume_.solid(edge.low) ? 1 : -1;
-      crossing.t = static_cast<float>(t[i]);
-      crossing.normal = to_float(normalized({-gx[i], -gy[i], -gz[i]}, outward));
-    }
-    set_materials(b, field);
-  }
-
-  void set_materials(const Index& b, const tree::Field& field) {
-    const std::size_t n = edges_.size();
-    std::vector<double> solid_end(n);
-    active_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      solid_end[i] = volume_.solid(edges_[i].low) ? 0 : 1;
-      active_[i] = i;
-    }
-    place_points(b, solid_end, active_);
-    material_.resize(n);
-    field.materials({x_, y_, z_}, material_);
-    for (std::size_t i = 0; i < n; ++i) {
-      volume_.crossing(edges_[i].axis, edges_[i].low).material =
-          static_cast<std::uint16_t>(material_[i]);
-    }
+  std::size_t place_of(const Index& b) const {
+    const auto& low = volume_.block_low();
+    const auto& high = volume_.block_high();
+    return static_cast<std::size_t>(((b[2] - low[2]) * (high[1] - low[1]) + b[1] - low[1]) *
+                                        (high[0] - low[0]) +
+                                    b[0] - low[0]);
   }
 
   slice::Land& land_;
   Volume& volume_;
   double spacing_;
-  std::vector<double> heights_;  // of the block column at hand at 16 i + j, once asked for
-  const dem::Window* heights_of_ = nullptr;
-  tree::Columns columns_;    // of the same block column
-  std::vector<Edge> edges_;  // of the block at hand
-  std::vector<std::size_t> active_;
+  std::array<double, 256> heights_;          // of the block column at hand at 16 j + i,
+  const dem::Window* heights_of_ = nullptr;  // once they are asked for
+  tree::Columns columns_;                    // of the same block column
   std::vector<float> x_, y_, z_, value_;
-  std::vector<int> material_;
+  BlockValues values_;
+  std::vector<std::unique_ptr<BlockValues>> kept_;  // by block
+  std::size_t kept_count_ = 0;
 };
 
 /// Whole blocks of z, in cells, that hold every surface over the tile.

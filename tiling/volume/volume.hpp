@@ -18,6 +18,14 @@ namespace hoodoo::volume {
 /// A lattice point or cell (by its low corner), in cells from the scene origin.
 using Index = std::array<std::int64_t, 3>;
 
+/// Of 16 bits, those that are set. std::popcount is a call on the baseline processor.
+constexpr std::size_t count_bits(unsigned bits) {
+  bits -= bits >> 1 & 0x5555;
+  bits = (bits & 0x3333) + (bits >> 2 & 0x3333);
+  bits = (bits + (bits >> 4)) & 0x0f0f;
+  return (bits + (bits >> 8)) & 0x1f;
+}
+
 /// Where the surface crosses one lattice edge.
 struct Crossing {
   float t = 0.5F;              // from the low end, in [0, 1] edges
@@ -33,6 +41,11 @@ struct Block {
   std::array<std::array<std::uint16_t, 256>, 3> crossed{};  // by axis
   std::array<std::array<std::uint16_t, 256>, 3> first{};    // crossings before the row
   std::vector<Crossing> crossings;
+
+  /// That of the edge along `axis` from point x of a row; it is crossed.
+  const Crossing& crossing(std::size_t axis, std::size_t row, unsigned x) const {
+    return crossings[first[axis][row] + count_bits(crossed[axis][row] & ((1U << x) - 1))];
+  }
 };
 
 /// The lattice of one tile: points of the closed box [low, high], edges between them, and which
@@ -70,12 +83,8 @@ class Volume {
     return const_cast<Crossing&>(std::as_const(*this).crossing(axis, p));
   }
   const Crossing& crossing(int axis, const Index& p) const {
-    const auto& b = *slots_[slot(p)].block;
-    const auto a = static_cast<std::size_t>(axis);
-    const auto r = row(p);
-    const auto before = static_cast<std::uint16_t>(b.crossed[a][r] & ((1U << (p[0] & 15)) - 1));
-    return b
-        .crossings[std::size_t{b.first[a][r]} + static_cast<std::size_t>(std::popcount(before))];
+    return slots_[slot(p)].block->crossing(static_cast<std::size_t>(axis), row(p),
+                                           static_cast<unsigned>(p[0] & 15));
   }
 
   /// Block indices covered, low inclusive, high exclusive; block b holds points [16 b, 16 b + 16).
@@ -84,6 +93,22 @@ class Volume {
   /// The stored block, or null where all its points are alike.
   const Block* block(const Index& b) const { return slots_[slot_of_block(b)].block.get(); }
   bool uniform_solid(const Index& b) const { return slots_[slot_of_block(b)].solid; }
+
+  /// meshed(16 x + i, 16 y + j) of block column (x, y) for i and j from -1 to 15: bit i + 1 of
+  /// entry j + 1. After `mark`.
+  using MeshedRows = std::array<std::uint32_t, 17>;
+  const MeshedRows& meshed_rows(std::int64_t x, std::int64_t y) const {
+    return meshed_[static_cast<std::size_t>((y - block_low_[1]) * size_[0] + x - block_low_[0])];
+  }
+
+  /// The signs of a block's points and of those beside it in +x, +y, +z: bit x of rows[z][y]; 0
+  /// beyond what is covered.
+  using Rows = std::array<std::array<std::uint32_t, 17>, 17>;
+  void read_rows(const Index& b, Rows& rows) const;
+
+  /// Points at which the field was asked for what is known here.
+  std::uint64_t evaluations() const { return evaluations_; }
+  void add_evaluations(std::size_t n) { evaluations_ += n; }
 
   void set_uniform(const Index& b, bool solid);
   /// A stored block for `b`, all air at first; points are set through its bits.
@@ -118,16 +143,15 @@ class Volume {
     return static_cast<std::size_t>((j - low_[1] + 1) * (high_[0] - low_[0] + 2) +
                                     (i - low_[0] + 1));
   }
-  bool touches_meshed(int axis, const Index& p) const;
+  void find_meshed();
+  bool may_be_crossed(const Index& b) const;
   void mark_block(const Index& b);
-  /// Points of row `r` of block `b` that are solid, one bit each.
-  unsigned solid_row(const Index& b, int r) const;
-  /// Those whose next point along the axis is of the other kind, where the box holds both.
-  unsigned differing(int axis, const Index& b, int r) const;
 
   Index low_, high_, block_low_, block_high_, size_;
   std::vector<bool> in_world_;
+  std::vector<MeshedRows> meshed_;  // by block column
   std::vector<Slot> slots_;
+  std::uint64_t evaluations_ = 0;
 };
 
 template <class Visit>

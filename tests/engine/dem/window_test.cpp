@@ -6,6 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "engine/base/simd.hpp"
+
 namespace hoodoo::dem {
 namespace {
 
@@ -55,6 +57,40 @@ TEST(Window, GivesAGridTheBitsOfItsPoints) {
   std::vector<double> none(6, 7);
   Window().heights(std::vector<double>{1, 2}, std::vector<double>{1, 2, 3}, none);
   EXPECT_EQ(none, std::vector<double>(6, 0));
+}
+
+TEST(Window, GivesManyPointsTheBitsOfEachOnEveryInstructionSet) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> sample(-500, 4000), part(0, 1);
+  std::uniform_real_distribution<double> anywhere(-60, 120);
+  const auto w = window_of(
+      40, 30, [&](int, int) { return part(random) < 0.1F ? nan : sample(random); }, -20, 5, 2, 3);
+  for (const char* simd : {"ssse3", "sse4", "avx2", "best"}) {
+    limit_simd(simd, "");
+    for (std::size_t n = 0; n < 70; ++n) {
+      std::vector<double> x(n), y(n), h(n), hx(n), hy(n), alone(n);
+      for (std::size_t i = 0; i < n; ++i) {
+        // Most inside the window, some beyond it, some on samples.
+        x[i] = i % 3 == 0 ? anywhere(random) : 0.2 * anywhere(random) + 10;
+        y[i] = i % 3 == 0 ? anywhere(random) : 0.2 * anywhere(random) + 30;
+        if (i % 5 == 0) x[i] = std::floor(x[i]), y[i] = 3 * std::floor(y[i] / 3) + 0.5;
+        if (i % 31 == 30) x[i] = 1e300;
+      }
+      w.at(x, y, {h, hx, hy});
+      w.heights_at(x, y, alone);
+      for (std::size_t i = 0; i < n; ++i) {
+        const Height one = w.at(x[i], y[i]);
+        ASSERT_EQ(h[i], one.h) << simd << ' ' << x[i] << ' ' << y[i];
+        ASSERT_EQ(hx[i], one.hx) << simd << ' ' << x[i] << ' ' << y[i];
+        ASSERT_EQ(hy[i], one.hy) << simd << ' ' << x[i] << ' ' << y[i];
+        ASSERT_EQ(alone[i], w.height(x[i], y[i])) << simd;
+      }
+    }
+  }
+  limit_simd("best", "");
+  std::vector<double> at{1, 2}, h{7, 7}, hx{7, 7}, hy{7, 7};
+  Window().at(at, at, {h, hx, hy});
+  EXPECT_EQ(h, std::vector<double>(2, 0));
 }
 
 TEST(Window, ReproducesQuadraticsWithTheirGradients) {
