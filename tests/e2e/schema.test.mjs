@@ -104,7 +104,7 @@ const broken = [
   ['/operations/0/tree/center/uv', gone, '/operations/0/tree/center'],
   // No such name.
   ['/operations/0/op', 'subtract'], ['/operations/0/tree/type', 'pyramid'], ['/operations/5/type', 'bridge'], ['/operations/5/op', 'intersect'],
-  ['/operations/0/region/type', 'ball'], ['/operations/4/tree/join', 'sum'], ['/bake/profile', 'meshopt'], ['/define/layers/type', 'layers'],
+  ['/operations/0/region/type', 'ball'], ['/operations/4/tree/join', 'sum'], ['/bake/profile', 'fbx'], ['/bake/frame', 'moon'], ['/define/layers/type', 'layers'],
   ['/operations/0/tree/type', 7], ['/materials/0/color', 'grey'], ['/terrains/0/nodata', 'none'],
   // Types in a tree of another family.
   ['/operations/1/tree/child/children/1', { type: 'strata', wavelength: 3 }, '/operations/1/tree/child/children/1/type'],
