@@ -1,12 +1,12 @@
 #include "tests/bench/flying_edges.hpp"
 
+#include <stdlib.h>
 #include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkSMPTools.h>
 
 namespace hoodoo::bench {
 
@@ -18,7 +18,7 @@ struct FlyingEdges::Pipeline {
 
 FlyingEdges::FlyingEdges(std::vector<float>& values, const std::array<int, 3>& size)
     : pipeline_(std::make_unique<Pipeline>()) {
-  vtkSMPTools::SetBackend("Sequential");
+  setenv("VTK_SMP_BACKEND_IN_USE", "Sequential", 0);  // which VTK reads when it first runs
   auto& p = *pipeline_;
   p.values->SetArray(values.data(), static_cast<vtkIdType>(values.size()), 1);
   p.image->SetDimensions(size[0], size[1], size[2]);
