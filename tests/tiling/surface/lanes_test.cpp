@@ -27,7 +27,7 @@ std::vector<Plane3> random_sheet(std::mt19937& random) {
     const auto turned = [&] { return static_cast<double>(spread * side(random)); };
     plane.point = {any(), any(), any()};
     const Vec3 n = normalized(common + Vec3{turned(), turned(), turned()});
-    plane.normal = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+    plane.normal = n;  // made single where it goes into the lanes
   }
   return planes;
 }
@@ -48,6 +48,7 @@ TEST(SheetLanes, HaveTheBitsOfSheetsSolvedAloneOnEveryInstructionSet) {
             const auto axis = static_cast<int>(a);
             lanes.point[k][a][i] = static_cast<float>(sheets[i][k].point[axis]);
             lanes.normal[k][a][i] = static_cast<float>(sheets[i][k].normal[axis]);
+            sheets[i][k].normal[axis] = lanes.normal[k][a][i];
           }
         }
       }
