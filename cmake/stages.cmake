@@ -3,7 +3,9 @@
 set(HOODOO_STAGES
   engine/base
   engine/dem
+  engine/hydrology
   engine/tree
+  engine/generator
   engine/scene
   tiling/plan
   tiling/slice

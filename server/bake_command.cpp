@@ -1,16 +1,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 
 #include "engine/scene/scene.hpp"
 #include "server/commands.hpp"
-#include "server/http/http.hpp"
 #include "server/progress_line.hpp"
+#include "server/resources.hpp"
 #include "server/signals.hpp"
 #include "tiling/bake/bake.hpp"
 
@@ -19,32 +17,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int default_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
-
-struct Resources {
-  int threads = default_threads();
-  std::size_t memory_mib = 1024;
-
-  void add_to(CLI::App& command) {
-    command.add_option("--threads", threads, "Worker threads")
-        ->check(CLI::Range(1, 1024))
-        ->capture_default_str();
-    command.add_option("--memory", memory_mib, "Memory budget [MiB]")
-        ->check(CLI::Range(std::size_t{64}, std::size_t{1} << 24))
-        ->capture_default_str();
-  }
-};
-
 struct BakeOptions {
-  std::string scene, folder, only, shard, cache, progress = "auto";
+  std::string scene, folder, only, shard, cache, base, progress = "auto";
+  std::vector<std::string> roots;
   Resources resources;
   std::optional<int> draco_speed;
-  bool force = false, stats = false;
+  bool force = false, stats = false, plan = false;
+  int live_index_ms = 0;
 };
 
 ProgressLine::Style style_of(const std::string& name) {
   if (name == "bar") return ProgressLine::Style::bar;
   if (name == "lines") return ProgressLine::Style::lines;
+  if (name == "json") return ProgressLine::Style::json;
   return name == "off" ? ProgressLine::Style::off : ProgressLine::automatic();
 }
 
@@ -69,7 +54,7 @@ void print(const bake::Statistics& s) {
   constexpr double million = 1e6;
   fmt::print("a      {:.3f} of the columns, where a tree can act\n", s.covered);
   fmt::print("#N     {} nodes\n", s.nodes);
-  fmt::print("gen    {:.3f} s from JSON to a checked scene\n", s.generation);
+  fmt::print("gen    {:.3f} s from JSON to what generators made, elevations apart\n", s.generation);
   fmt::print("mem    {:.3f} MB of construction tree\n", static_cast<double>(s.memory) / million);
   fmt::print("grid   {} x {} x {} cells\n", s.grid[0], s.grid[1], s.grid[2]);
   fmt::print("t      {:.3f} s for the surface{}\n", s.seconds,
@@ -107,6 +92,24 @@ void report(const bake::Report& report, const std::string& folder, bool as_json)
   if (report.stats) print(*report.stats);
 }
 
+void report_plan(const bake::Report& report, const std::string& scene, bool as_json) {
+  const auto& plan = *report.plan;
+  if (as_json) {
+    const nlohmann::json json = {{"planned", report.progress.total},
+                                 {"levels", plan.tiles},
+                                 {"plan_bytes", plan.memory},
+                                 {"warnings", report.warnings}};
+    fmt::print("{}\n", json.dump());
+    return;
+  }
+  for (const auto& warning : report.warnings) fmt::print(stderr, "hoodoo: warning: {}\n", warning);
+  fmt::print("{}: {} tiles in {} levels, {} bytes of plan\n", scene, report.progress.total,
+             plan.tiles.size(), plan.memory);
+  for (std::size_t level = 0; level < plan.tiles.size(); ++level) {
+    fmt::print("level {}: {} tiles\n", level, plan.tiles[level]);
+  }
+}
+
 int run_bake(const BakeOptions& options, bool as_json) {
   const Signals signals;
   ProgressLine line(style_of(options.progress));
@@ -115,6 +118,7 @@ int run_bake(const BakeOptions& options, bool as_json) {
   settings.memory = options.resources.memory_mib << 20;
   settings.force = options.force;
   settings.stats = options.stats;
+  settings.plan_only = options.plan;
   settings.stop = signals.token();
   settings.progress = [&line](const bake::Progress& p) { line.show(p); };
   if (!options.only.empty()) {
@@ -132,12 +136,23 @@ int run_bake(const BakeOptions& options, bool as_json) {
     }
   }
   settings.cache = options.cache;
+  if (options.live_index_ms > 0) {
+    settings.live_index = std::chrono::milliseconds(options.live_index_ms);
+  }
   const fs::path file = options.scene;
   auto scene = scene::read(file);
-  if (options.draco_speed && scene.is_object()) scene["bake"]["draco_speed"] = *options.draco_speed;
-  const auto result = bake::run(scene, {file.parent_path().empty() ? "." : file.parent_path(), {}},
-                                options.folder, settings);
-  report(result, options.folder, as_json);
+  if (options.draco_speed && scene.is_object()) {
+    const auto stated = scene.emplace("bake", nlohmann::json::object()).first;
+    // One that is no object is refused with all else that is wrong with the scene.
+    if (stated->is_object()) (*stated)["draco_speed"] = *options.draco_speed;
+  }
+  const auto result =
+      bake::run(scene, sources_of(file, options.base, options.roots), options.folder, settings);
+  if (result.plan) {
+    report_plan(result, options.scene, as_json);
+  } else {
+    report(result, options.folder, as_json);
+  }
   return 0;
 }
 
@@ -161,67 +176,22 @@ void add_bake(CLI::App& app, int* exit) {
       ->add_option("--draco-speed", options->draco_speed,
                    "Instead of the scene's: 0 gives the smallest tiles, 10 takes least time")
       ->check(CLI::Range(0, 10));
+  command->add_flag("--plan", options->plan,
+                    "Ingest the elevations and plan, and bake nothing: how many tiles of each "
+                    "level there are, and what the plan takes in memory");
   command->add_flag("--force", options->force, "Bake tiles again that are finished");
   command->add_flag("--stats", options->stats,
                     "Measure the scene, too: the columns of Table 1 of Paris et al. 2019");
-  command->add_option("--progress", options->progress, "auto, bar, lines or off")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "off"}))
+  add_sources(*command, &options->base, &options->roots);
+  command
+      ->add_option("--live-index", options->live_index_ms,
+                   "Index what is finished this often [ms], for those who look on; 0: at the end")
+      ->check(CLI::Range(0, 3'600'000))
+      ->capture_default_str();
+  command->add_option("--progress", options->progress, "auto, bar, lines, json or off")
+      ->check(CLI::IsMember({"auto", "bar", "lines", "json", "off"}))
       ->capture_default_str();
   command->callback([=, &app] { *exit = run_bake(*options, json_wanted(app)); });
-}
-
-void add_serve(CLI::App& app, int* exit) {
-  struct Options {
-    std::string listen = "127.0.0.1:8080", data = "hoodoo-data", cache, viewer, public_url;
-    std::vector<std::string> roots, tilesets;
-    Resources resources;
-  };
-  auto options = std::make_shared<Options>();
-  auto* command = app.add_subcommand("serve", "Serve bake jobs, their tiles and the viewer");
-  command->add_option("--listen", options->listen, "HOST:PORT; port 0 takes a free one")
-      ->capture_default_str();
-  command->add_option("--data", options->data, "Folder of jobs and results")->capture_default_str();
-  command->add_option("--cache", options->cache,
-                      "Folder of finished tiles to share between bakes and machines");
-  command->add_option("--root", options->roots, "Folder below which a scene may find its DEMs");
-  command->add_option("--tileset", options->tilesets,
-                      "Folder or .3tz archive of a finished tileset to stream as /tilesets/NAME/, "
-                      "which pages of any origin may read");
-  command->add_option("--viewer", options->viewer, "Folder of the viewer's files");
-  command->add_option("--public-url", options->public_url, "What clients reach this server as");
-  options->resources.add_to(*command);
-  command->callback([=] {
-    const Signals signals;
-    const auto colon = options->listen.rfind(':');
-    int port = -1;
-    if (colon != std::string::npos) {
-      const auto digits = options->listen.substr(colon + 1);
-      const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), port);
-      if (read.ptr != digits.data() + digits.size()) port = -1;
-    }
-    if (port < 0 || port > 65535) {
-      throw Error(Fault::bad_input, "--listen",
-                  "must be HOST:PORT with a port in [0, 65535], got \"" + options->listen + "\"");
-    }
-    http::Settings settings;
-    settings.host = options->listen.substr(0, colon);
-    settings.port = port;
-    settings.data = options->data;
-    for (const auto& root : options->roots) settings.roots.emplace_back(root);
-    for (const auto& tileset : options->tilesets) settings.tilesets.emplace_back(tileset);
-    settings.threads = options->resources.threads;
-    settings.memory = options->resources.memory_mib << 20;
-    settings.cache = options->cache;
-    settings.viewer = options->viewer;
-    settings.public_url = options->public_url;
-    settings.stop = signals.token();
-    settings.listening = [host = settings.host](int bound) {
-      fmt::print("hoodoo: listening on http://{}:{}/\n", host, bound);
-      std::fflush(stdout);
-    };
-    http::serve(settings);
-    *exit = 0;
-  });
 }
 
 }  // namespace hoodoo

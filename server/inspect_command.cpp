@@ -13,7 +13,9 @@
 #include "engine/scene/sample.hpp"
 #include "engine/scene/scene.hpp"
 #include "server/commands.hpp"
+#include "server/resources.hpp"
 #include "tiling/glb/glb.hpp"
+#include "tiling/tileset/manifest.hpp"
 #include "tiling/tileset/tileset.hpp"
 
 namespace hoodoo {
@@ -39,19 +41,17 @@ void print_table(const json& object) {
 }
 
 json describe_bake(const fs::path& folder) {
-  const auto file = folder / "bake.json";
-  auto bake = parse_json(read_file(file, std::size_t{1} << 32), file.string(),
-                         {std::size_t{1} << 32, 64, std::size_t{1} << 32});
+  tileset::ManifestReader bake(folder);
   std::uint64_t tiles = 0, triangles = 0, bytes = 0;
   double error = 0;
-  for (const auto& tile : bake.value("tiles", json::array())) {
+  while (const auto entry = bake.next()) {
+    if (entry->missing) continue;
     ++tiles;
-    triangles += tile.value("triangles", std::uint64_t{0});
-    bytes += tile.value("bytes", std::uint64_t{0});
-    error = std::max(error, tile.value("geometricError", 0.0));
+    triangles += entry->record.triangles;
+    bytes += entry->record.bytes;
+    error = std::max(error, entry->error);
   }
-  json result = std::move(bake);
-  result.erase("tiles");
+  json result = bake.document();
   result["kind"] = "bake";
   result["tiles"] = tiles;
   result["triangles"] = triangles;
@@ -84,11 +84,9 @@ json describe(const fs::path& path) {
   return info;
 }
 
-int check(const std::string& file, bool as_json) {
-  const fs::path path = file;
+int check(const std::string& file, const scene::Sources& sources, bool as_json) {
   std::vector<Problem> warnings;
-  const auto problems = scene::check(
-      scene::read(path), {path.parent_path().empty() ? "." : path.parent_path(), {}}, &warnings);
+  const auto problems = scene::check(scene::read(file), sources, &warnings);
   if (as_json) {
     const json result = {{"problems", to_json(problems)}, {"warnings", to_json(warnings)}};
     fmt::print("{}\n", result.dump());
@@ -127,10 +125,18 @@ int verify(const std::string& folder, bool as_json) {
 }  // namespace
 
 void add_check(CLI::App& app, int* exit) {
-  auto file = std::make_shared<std::string>();
+  struct Options {
+    std::string file, base;
+    std::vector<std::string> roots;
+  };
+  auto options = std::make_shared<Options>();
   auto* command = app.add_subcommand("check", "List every problem of a scene");
-  command->add_option("scene", *file, "The scene file")->required();
-  command->callback([=, &app] { *exit = check(*file, json_wanted(app)); });
+  command->add_option("scene", options->file, "The scene file")->required();
+  add_sources(*command, &options->base, &options->roots);
+  command->callback([=, &app] {
+    const auto sources = sources_of(options->file, options->base, options->roots);
+    *exit = check(options->file, sources, json_wanted(app));
+  });
 }
 
 void add_verify(CLI::App& app, int* exit) {
@@ -158,11 +164,15 @@ void add_info(CLI::App& app, int* exit) {
 
 void add_schema(CLI::App& app, int* exit) {
   const std::map<std::string, std::string (*)()> schemas{
-      {"scene", [] { return scene::schema().dump(2) + "\n"; }}, {"nodes", scene::node_reference}};
+      {"scene", [] { return scene::schema().dump(2) + "\n"; }},
+      {"nodes", scene::node_reference},
+      {"tools", scene::tool_reference}};
   auto which = std::make_shared<std::string>("scene");
   auto* command =
-      app.add_subcommand("schema", "Print the JSON Schema of a scene, or the reference of nodes");
-  command->add_option("which", *which, "scene or nodes")
+      app.add_subcommand("schema", "Print the JSON Schema of a scene, or a reference page");
+  command
+      ->add_option("which", *which,
+                   "scene; or the reference of nodes, or of tools: brushes and generators")
       ->check(CLI::IsMember(schemas))
       ->capture_default_str();
   command->callback([=] {

@@ -4,10 +4,12 @@
 #include <cstdlib>
 #include <exception>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "engine/base/error.hpp"
 #include "engine/base/simd.hpp"
 #include "server/commands.hpp"
+#include "server/job/state.hpp"
 #include "tiling/slice/slice.hpp"
 
 namespace hoodoo {
@@ -35,7 +37,9 @@ int tell(const Error& error, bool as_json) {
   if (as_json) {
     nlohmann::json problems = nlohmann::json::array();
     for (const auto& p : error.problems) problems.push_back({{"where", p.where}, {"what", p.what}});
-    const nlohmann::json text = {{"exit", exit_code(error.fault)}, {"problems", problems}};
+    const nlohmann::json text = {{"exit", exit_code(error.fault)},
+                                 {"fault", job::name_of(error.fault)},
+                                 {"problems", problems}};
     fmt::print(stderr, "{}\n", text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     return exit_code(error.fault);
   }
@@ -59,6 +63,8 @@ int run(int argc, char** argv) {
   add_verify(app, &exit);
   add_diff(app, &exit);
   add_export(app, &exit);
+  add_analyze(app, &exit);
+  add_generate(app, &exit);
   add_info(app, &exit);
   add_probe(app, &exit);
   add_schema(app, &exit);
@@ -73,6 +79,9 @@ int run(int argc, char** argv) {
     return tell(error, json_wanted(app));
   } catch (const std::bad_alloc&) {
     return tell({Fault::limit, "", "out of memory"}, json_wanted(app));
+  } catch (const std::system_error& error) {
+    const bool short_of = error.code() == std::errc::resource_unavailable_try_again;
+    return tell({short_of ? Fault::limit : Fault::internal, "", error.what()}, json_wanted(app));
   } catch (const std::exception& error) {
     return tell({Fault::internal, "", error.what()}, json_wanted(app));
   }

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -13,6 +12,7 @@
 #include "engine/tree/field.hpp"
 #include "server/commands.hpp"
 #include "server/signals.hpp"
+#include "server/temporary_folder.hpp"
 
 namespace hoodoo {
 namespace {
@@ -20,22 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t most_bytes = std::size_t{1} << 30;
-
-/// A folder that is removed again.
-struct TemporaryFolder {
-  fs::path path;
-  TemporaryFolder() {
-    auto name = (fs::temp_directory_path() / "hoodoo-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw Error(Fault::io, name, "cannot be made");
-    }
-    path = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-};
 
 /// Lines of "x,y,z"; a first line that starts with a letter is a heading.
 std::vector<Vec3> read_points(const std::string& file) {

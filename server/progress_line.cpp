@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "server/job/state.hpp"
 
 namespace hoodoo {
 namespace {
@@ -60,7 +63,7 @@ void ProgressLine::show(const bake::Progress& p) {
   phase_ = p.phase;
   if (style_ == Style::off || p.phase == Phase::done) return;
   const auto pause =
-      style_ == Style::bar ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
+      style_ == Style::lines ? std::chrono::milliseconds(5000) : std::chrono::milliseconds(100);
   const bool last = p.phase == Phase::tiles && p.done == p.total;
   if (!new_phase && !last && now - shown_ < pause) return;
   shown_ = now;
@@ -68,6 +71,8 @@ void ProgressLine::show(const bake::Progress& p) {
     fmt::print(stderr, "\r{}\x1b[K", text(p));
     std::fflush(stderr);
     drawn_ = true;
+  } else if (style_ == Style::json) {
+    fmt::print(stderr, "{}\n", job::to_json(p).dump());
   } else {
     fmt::print(stderr, "{}\n", text(p));
   }

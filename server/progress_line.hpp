@@ -7,10 +7,10 @@
 namespace hoodoo {
 
 /// Shows how far a bake is on stderr: a bar that redraws itself on a terminal, plain lines every
-/// few seconds in a pipe.
+/// few seconds in a pipe, or a line of JSON ten times a second for a program.
 class ProgressLine {
  public:
-  enum class Style { bar, lines, off };
+  enum class Style { bar, lines, json, off };
   /// `automatic`: a bar on a terminal, else lines.
   static Style automatic();
 

@@ -51,10 +51,23 @@ std::string read_file(const std::filesystem::path& path, std::uintmax_t most) {
   }
 }
 
+std::optional<FileState> file_state(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return std::nullopt;
+  return FileState{
+      static_cast<std::uint64_t>(status.st_dev), static_cast<std::uint64_t>(status.st_ino),
+      static_cast<std::uint64_t>(status.st_size), status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+}
+
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   FileWriter file(path);
   file.write(bytes);
   file.commit();
+}
+void write_file_unsynced(const std::filesystem::path& path, std::string_view text) {
+  FileWriter file(path);
+  file.write(text);
+  file.commit_unsynced();
 }
 void write_file(const std::filesystem::path& path, std::string_view text) {
   write_file(path, std::as_bytes(std::span(text)));

@@ -86,9 +86,18 @@ void FileWriter::seek(std::uint64_t position) {
   position_ = position;
 }
 
-void FileWriter::commit() {
+void FileWriter::sync() {
   flush();
   if (::fsync(file_) != 0) fail("cannot be written to disk");
+}
+
+void FileWriter::commit() {
+  sync();
+  commit_unsynced();
+}
+
+void FileWriter::commit_unsynced() {
+  flush();
   if (::rename(part_.c_str(), path_.c_str()) != 0) fail("cannot be renamed into place");
   ::close(file_);
   file_ = -1;

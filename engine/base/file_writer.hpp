@@ -30,7 +30,12 @@ class FileWriter {
   std::uint64_t position() const { return position_; }
   /// Goes there, back or on; what is left out reads as zeros.
   void seek(std::uint64_t position);
+  /// Puts all of it on the disk: no room is needed after that.
+  void sync();
   void commit();
+  /// Does not wait for the disk: where the power fails soon after, the file may come back empty.
+  /// For what is known when damaged, and can be made again.
+  void commit_unsynced();
   /// The temporary, for a library that writes by name: before `commit`, and instead of `write`.
   const std::filesystem::path& temporary() const { return part_; }
 

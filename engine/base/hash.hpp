@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,6 +13,9 @@ namespace hoodoo {
 struct Digest {
   std::array<std::uint8_t, 32> bytes{};
   std::string hex() const;  // 64 lower-case digits
+  static std::optional<Digest> parse(std::string_view hex);
+  /// Its first eight bytes, which tell apart all digests that one machine will ever hold.
+  std::uint64_t start() const;
   friend auto operator<=>(const Digest&, const Digest&) = default;
 };
 

@@ -38,6 +38,14 @@ FileLock::FileLock(const std::filesystem::path& path, Kind kind, const std::stop
 
 FileLock::~FileLock() { ::close(fd_); }
 
+bool FileLock::is_held(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return false;
+  const bool held = ::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(fd);
+  return held;
+}
+
 bool FileLock::make_exclusive() { return ::flock(fd_, LOCK_EX | LOCK_NB) == 0; }
 
 }  // namespace hoodoo

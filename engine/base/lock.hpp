@@ -20,6 +20,9 @@ class FileLock {
   /// Makes a shared lock exclusive when nobody else holds it. Otherwise this one is lost, too.
   bool make_exclusive();
 
+  /// Somebody holds a lock on the file at `path`. Makes no file; false where there is none.
+  static bool is_held(const std::filesystem::path& path);
+
  private:
   int fd_;
 };

@@ -16,9 +16,13 @@ std::uint32_t block_index(const Layout& layout, std::int64_t column, std::int64_
 
 Error unreadable(const TiffFile& file, const Layout& layout, std::int64_t column,
                  std::int64_t row) {
-  return file.error(Fault::io,
-                    fmt::format("cannot be decoded in pixels {} to {}, rows {} to {}",
-                                column * layout.block_width,
+  const auto block = block_index(layout, column, row);
+  const auto end =
+      TIFFGetStrileOffset(file.get(), block) + TIFFGetStrileByteCount(file.get(), block);
+  const bool cut = end > file.bytes();
+  return file.error(cut ? Fault::bad_input : Fault::io,
+                    fmt::format("{}cannot be decoded in pixels {} to {}, rows {} to {}",
+                                cut ? "is cut short: " : "", column * layout.block_width,
                                 std::min(layout.width, (column + 1) * layout.block_width) - 1,
                                 row * layout.block_height,
                                 std::min(layout.height, (row + 1) * layout.block_height) - 1));

@@ -25,7 +25,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "chunks are little-endian on disk");
 
 constexpr std::size_t entry_bytes = 32 + 3 * 4;
-constexpr const char* format_name = "hoodoo pyramid 1";
+constexpr const char* format_name = "hoodoo pyramid 2";
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* doing) {
   throw Error(Fault::io, path.string(),
@@ -45,6 +45,11 @@ std::string entries(const std::vector<LevelFacts>& levels) {
     }
   }
   return bytes;
+}
+
+/// Of all that an index says.
+std::string check_of(const nlohmann::json& levels, const std::string& table) {
+  return sha256(levels.dump() + "\n" + table).hex();
 }
 
 ChunkFacts entry_at(const char* entry) {
@@ -126,6 +131,10 @@ void ChunkFile::sync() {
   if (::fsync(fd_) != 0) fail(path_, "cannot be written to disk");
 }
 
+std::filesystem::path index_file(const std::filesystem::path& folder) {
+  return folder / "pyramid.json";
+}
+
 std::filesystem::path level_file(const std::filesystem::path& folder, std::size_t level) {
   return folder / fmt::format("level_{}.f32", level);
 }
@@ -136,7 +145,6 @@ void write_index(const std::filesystem::path& folder, const Digest& digest,
   nlohmann::json json = {{"format", format_name},
                          {"digest", digest.hex()},
                          {"chunk_side", chunk_side},
-                         {"chunks", sha256(table).hex()},
                          {"levels", nlohmann::json::array()}};
   for (const auto& [grid, chunks] : levels) {
     json["levels"].push_back({{"x0", grid.x0},
@@ -146,16 +154,14 @@ void write_index(const std::filesystem::path& folder, const Digest& digest,
                               {"width", grid.width},
                               {"height", grid.height}});
   }
+  json["check"] = check_of(json["levels"], table);
   write_file(folder / "chunks.bin", table);
-  write_file(folder / "pyramid.json", json.dump(1) + "\n");
+  write_file(index_file(folder), json.dump(1) + "\n");
 }
 
 std::vector<LevelFacts> read_index(const std::filesystem::path& folder, const Digest& digest) {
-  const auto index = folder / "pyramid.json";
-  const auto damaged = [&] {
-    return Error(Fault::io, folder.string(),
-                 "is a damaged pyramid; delete the folder to make it anew");
-  };
+  const auto index = index_file(folder);
+  const auto damaged = [&] { return Error(Fault::io, folder.string(), "is a damaged pyramid"); };
   try {
     const auto json = parse_json(read_file(index, 1 << 20), index.string());
     if (json.at("format") != format_name || json.at("digest") != digest.hex()) throw damaged();
@@ -171,7 +177,7 @@ std::vector<LevelFacts> read_index(const std::filesystem::path& folder, const Di
     }
     const auto table = read_file(folder / "chunks.bin", count * entry_bytes);
     if (levels.empty() || table.size() != count * entry_bytes ||
-        sha256(table).hex() != json.at("chunks")) {
+        check_of(json.at("levels"), table) != json.at("check")) {
       throw damaged();
     }
     const char* entry = table.data();

@@ -66,6 +66,8 @@ void write_index(const std::filesystem::path& folder, const Digest& digest,
 /// Errors: io, also where the index is damaged or another pyramid's.
 std::vector<LevelFacts> read_index(const std::filesystem::path& folder, const Digest& digest);
 
+/// Where the index of the pyramid in `folder` is; one without it is none.
+std::filesystem::path index_file(const std::filesystem::path& folder);
 std::filesystem::path level_file(const std::filesystem::path& folder, std::size_t level);
 
 }  // namespace hoodoo::dem

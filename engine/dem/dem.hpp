@@ -62,7 +62,8 @@ class Pyramid {
  public:
   /// Ingests `raster` into `folder`, or opens what an earlier call with the same content left
   /// there (named by the digest of file content, frame, fill). `fill` [m] replaces NoData inside
-  /// the raster; without it NoData is a hole. A half-made pyramid is never opened.
+  /// the raster; without it NoData is a hole. A half-made pyramid is never opened, one that is
+  /// seen to be damaged is made anew, and nothing is kept of a raster that changes meanwhile.
   /// Errors: bad_input, limit, io, cancelled.
   static std::shared_ptr<const Pyramid> ingest(const std::filesystem::path& raster,
                                                const Frame& frame, double pixel,
@@ -91,10 +92,14 @@ class Pyramid {
   /// Digests of the chunks that `window` would read, in a fixed order.
   virtual std::vector<Digest> chunks(int level, const Box& area) const = 0;
   /// The samples of `level` needed to evaluate anywhere in `area` (x and y; z is ignored).
+  /// Errors: io when they are damaged on disk; the next `ingest` then makes them anew.
   virtual Window window(int level, const Box& area) const = 0;
   /// Bounds [m] on the elevation over `area`, from chunk minima and maxima widened by the
   /// overshoot of the bicubic; nothing when no valid pixel is near.
   virtual std::optional<Interval> bounds(int level, const Box& area) const = 0;
 };
+
+/// Errors: io, naming the raster, when it is not in the state any more that it was `before`.
+void expect_unchanged(const std::filesystem::path& raster, const std::optional<FileState>& before);
 
 }  // namespace hoodoo::dem

@@ -18,4 +18,22 @@ struct Samples {
 void look_up(const Samples& samples, const double* x, const double* y, std::size_t n, double* h,
              double* hx, double* hy);
 
+/// The first of four samples around a coordinate, counted from the window's, and the weights of
+/// keys.hpp.
+struct SamplePlace {
+  std::int64_t first;
+  double w[4], d[4];
+};
+/// The same at all points with one of `x` and one of `y`, whose rows lie within `most_rows` of each
+/// other: that of (x[i], y[j]) at nx j + i.
+inline constexpr std::size_t most_rows = 64;
+void look_up_grid(const Samples& samples, const double* x, std::size_t nx, const SamplePlace* y,
+                  std::size_t ny, double* h, double* hx, double* hy);
+
+/// Smallest and largest of a closed range of samples.
+struct Extremes {
+  float low, high;
+};
+Extremes extremes(const Samples& samples, int i0, int j0, int i1, int j1);
+
 }  // namespace hoodoo::dem

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/base/error.hpp"
+#include "engine/base/file.hpp"
 #include "engine/base/lock.hpp"
 #include "engine/dem/chunks.hpp"
 #include "engine/dem/dem.hpp"
@@ -152,8 +153,7 @@ class StoredPyramid : public Pyramid {
     auto pixels = std::make_shared<std::vector<float>>(chunk_pixels);
     files_[level].read(index, *pixels);
     if (sha256(std::as_bytes(std::span(*pixels))) != facts_[level].chunks[index].digest) {
-      throw Error(Fault::io, level_file(folder_, level).string(),
-                  fmt::format("chunk {} is damaged; delete the folder to make it anew", index));
+      refuse_damaged(level, index);
     }
     const std::lock_guard lock(mutex_);
     if (where_.contains(key)) return pixels;
@@ -164,6 +164,16 @@ class StoredPyramid : public Pyramid {
       recent_.pop_back();
     }
     return pixels;
+  }
+
+  /// A pyramid without its index is made anew by the next who asks for it.
+  [[noreturn]] void refuse_damaged(std::size_t level, std::size_t index) const {
+    std::error_code failure;
+    std::filesystem::remove(index_file(folder_), failure);
+    throw Error(Fault::io, level_file(folder_, level).string(),
+                fmt::format("chunk {} is damaged; {}", index,
+                            failure ? "delete the folder to make it anew"
+                                    : "the next run makes the elevations anew"));
   }
 
   std::string name_;
@@ -191,7 +201,9 @@ class Unfinished {
   Unfinished& operator=(const Unfinished&) = delete;
 
   const std::filesystem::path& folder() const { return folder_; }
+  /// A damaged one may be in its place.
   void finish(const std::filesystem::path& place) {
+    std::filesystem::remove_all(place, failure_);
     std::filesystem::rename(folder_, place, failure_);
     if (failure_) fail("cannot be renamed into place");
   }
@@ -216,7 +228,52 @@ Digest name_of(const Digest& content, const Frame& frame, double pixel,
   return sha256(all.dump());
 }
 
+/// A finished pyramid; nothing where there is none, or one that is damaged.
+template <class Open>
+std::shared_ptr<const Pyramid> opened(const std::filesystem::path& place, const Open& open) {
+  std::error_code failure;
+  if (!std::filesystem::exists(index_file(place), failure)) return nullptr;
+  try {
+    return open();
+  } catch (const Error&) {
+    return nullptr;
+  }
+}
+
+std::shared_ptr<const Pyramid> find_or_make(const std::filesystem::path& raster, const Frame& frame,
+                                            double pixel, std::optional<double> fill,
+                                            const std::filesystem::path& folder,
+                                            const IngestSettings& settings) {
+  const auto before = file_state(raster);
+  const auto made = recipe(Raster::open(raster)->info(), frame, pixel, fill);
+  const auto digest =
+      name_of(digest_of_file(raster, settings.stop), frame, made.copied ? 0 : pixel, fill);
+  const auto place = folder / digest.hex();
+  const auto open = [&] {
+    return std::make_shared<StoredPyramid>(raster.filename().string(), place, digest,
+                                           settings.memory);
+  };
+  if (auto found = opened(place, open)) return found;
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure) throw Error(Fault::io, folder.string(), "cannot be made: " + failure.message());
+  // One, of all threads and processes, makes a certain pyramid.
+  const FileLock lock(place.string() + ".lock", FileLock::Kind::exclusive, settings.stop);
+  // Another may have made it while this one waited.
+  if (auto found = opened(place, open)) return found;
+  Unfinished unfinished(place.string() + ".part");
+  make_pyramid(made, digest, unfinished.folder(), settings);
+  expect_unchanged(raster, before);
+  unfinished.finish(place);
+  return open();
+}
+
 }  // namespace
+
+void expect_unchanged(const std::filesystem::path& raster, const std::optional<FileState>& before) {
+  if (file_state(raster) == before) return;
+  throw Error(Fault::io, raster.string(), "changed while it was read");
+}
 
 int Pyramid::level_for(double spacing) const {
   const auto& all = levels();
@@ -232,28 +289,16 @@ std::shared_ptr<const Pyramid> Pyramid::ingest(const std::filesystem::path& rast
                                                std::optional<double> fill,
                                                const std::filesystem::path& folder,
                                                const IngestSettings& settings) {
-  const auto made = recipe(Raster::open(raster)->info(), frame, pixel, fill);
-  const auto digest =
-      name_of(digest_of_file(raster, settings.stop), frame, made.copied ? 0 : pixel, fill);
-  const auto place = folder / digest.hex();
-  const auto there = [&] { return std::filesystem::exists(place / "pyramid.json"); };
-  if (!there()) {
-    std::error_code failure;
-    std::filesystem::create_directories(folder, failure);
-    if (failure) {
-      throw Error(Fault::io, folder.string(), "cannot be made: " + failure.message());
-    }
-    // One, of all threads and processes, makes a certain pyramid.
-    const FileLock lock(place.string() + ".lock", FileLock::Kind::exclusive, settings.stop);
-    if (!there()) {  // still: another may have made it while this one waited
-      Unfinished unfinished(place.string() + ".part");
-      make_pyramid(made, digest, unfinished.folder(), settings);
-      unfinished.finish(place);
-    }
+  const auto before = file_state(raster);
+  try {
+    auto pyramid = find_or_make(raster, frame, pixel, fill, folder, settings);
+    if (settings.progress) settings.progress(1);
+    return pyramid;
+  } catch (const Error& error) {
+    // What the change did to the reading would only mislead.
+    if (error.fault != Fault::cancelled) expect_unchanged(raster, before);
+    throw;
   }
-  if (settings.progress) settings.progress(1);
-  return std::make_shared<StoredPyramid>(raster.filename().string(), place, digest,
-                                         settings.memory);
 }
 
 }  // namespace hoodoo::dem

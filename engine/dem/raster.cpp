@@ -90,6 +90,7 @@ class GeoTiff : public Raster {
   GeoTiff(const std::filesystem::path& path, const RasterLimits& limits)
       : file_(path, limits), layout_(read_layout(file_, limits)) {
     info_.path = path;
+    info_.state = file_.state();
     info_.width = layout_.width;
     info_.height = layout_.height;
     info_.sample = to_string(layout_.sample);

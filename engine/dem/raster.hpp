@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/file.hpp"
+
 namespace hoodoo::dem {
 
 /// What is refused before memory is spent.
@@ -20,6 +22,7 @@ struct RasterLimits {
 /// What a GeoTIFF says of itself.
 struct RasterInfo {
   std::filesystem::path path;
+  std::optional<FileState> state;      // before it was opened
   std::int64_t width = 0, height = 0;  // pixels; row 0 is the first in the file
   std::string sample;                  // "int16", "float32" ...
   std::string layout;                  // "striped 8 rows", "tiled 256 x 256"
@@ -51,7 +54,8 @@ class Raster {
   virtual const RasterInfo& info() const = 0;
   /// Pixels [i0, i0+width) x [j0, j0+height) in file order, NaN where there is no data (by tag, by
   /// NaN, infinite, beyond 1e30, or in a block that a sparse file leaves out), in units of the
-  /// file. The rectangle lies inside the raster. Errors: io naming the file.
+  /// file. The rectangle lies inside the raster. Errors: io naming the file; bad_input when it is
+  /// cut short.
   virtual void read(std::int64_t i0, std::int64_t j0, int width, int height,
                     std::vector<double>& out) = 0;
   /// Keeps up to `bytes` of decoded blocks, but at least one, between reads; else 16 MiB.

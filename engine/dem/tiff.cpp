@@ -142,7 +142,8 @@ void read_blocks(const TiffFile& file, Layout& layout, const RasterLimits& limit
 
 }  // namespace
 
-TiffFile::TiffFile(const std::filesystem::path& path, const RasterLimits& limits) : path_(path) {
+TiffFile::TiffFile(const std::filesystem::path& path, const RasterLimits& limits)
+    : path_(path), state_(file_state(path)) {
   std::error_code failure;
   const auto status = std::filesystem::status(path, failure);
   if (!std::filesystem::exists(status))

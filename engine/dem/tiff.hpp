@@ -21,6 +21,8 @@ class TiffFile {
   TIFF* get() const { return tiff_.get(); }
   const std::filesystem::path& path() const { return path_; }
   std::uintmax_t bytes() const { return bytes_; }
+  /// From before it was opened.
+  const std::optional<FileState>& state() const { return state_; }
   /// An error naming the file, with libtiff's last message if it left one.
   Error error(Fault fault, std::string what) const;
 
@@ -29,6 +31,7 @@ class TiffFile {
     void operator()(TIFF* tiff) const { TIFFClose(tiff); }
   };
   std::filesystem::path path_;
+  std::optional<FileState> state_;
   std::uintmax_t bytes_ = 0;
   // On the heap: libtiff keeps its address while TiffFile moves.
   std::unique_ptr<std::string> message_ = std::make_unique<std::string>();

@@ -14,7 +14,7 @@ namespace hoodoo::dem {
 namespace {
 
 constexpr int reach = Window::fill_radius;
-constexpr std::size_t few = 16;  // rows of points looked up together
+constexpr std::size_t few = 17;  // rows of points looked up together
 
 struct Offset {
   int di, dj;
@@ -58,13 +58,13 @@ Window::Window(double x0, double y0, double dx, double dy, std::int64_t i0, std:
       height_(height),
       filled_(std::move(samples)) {
   assert(filled_.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  if (std::none_of(filled_.begin(), filled_.end(), [](float h) { return h != h; })) return;
   valid_.resize(filled_.size());
   std::vector<std::size_t> holes;
   for (std::size_t k = 0; k < filled_.size(); ++k) {
     valid_[k] = filled_[k] == filled_[k];
     if (!valid_[k]) holes.push_back(k);
   }
-  if (holes.empty()) return;
   static const auto offsets = nearest_first();
   for (const auto k : holes) {
     const int i = static_cast<int>(k % static_cast<std::size_t>(width));
@@ -84,7 +84,27 @@ bool Window::valid(double x, double y) const {
   const auto i = floor_of(within_indices((x - x0_) * per_x_)) - i0_;
   const auto j = floor_of(within_indices((y - y0_) * per_y_)) - j0_;
   return i >= 0 && j >= 0 && i < width_ && j < height_ &&
-         valid_[index(static_cast<int>(i), static_cast<int>(j))];
+         (valid_.empty() || valid_[index(static_cast<int>(i), static_cast<int>(j))]);
+}
+
+void Window::valid(std::span<const double> x, std::span<const double> y,
+                   std::span<std::uint8_t> out) const {
+  std::fill(out.begin(), out.end(), std::uint8_t{0});
+  if (empty()) return;
+  std::vector<std::int64_t> columns(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const auto column = floor_of(within_indices((x[i] - x0_) * per_x_)) - i0_;
+    columns[i] = column < width_ ? column : -1;
+  }
+  for (const double at : y) {
+    const auto j = floor_of(within_indices((at - y0_) * per_y_)) - j0_;
+    for (std::size_t i = 0; i < x.size() && j >= 0 && j < height_; ++i) {
+      if (columns[i] < 0) continue;
+      const auto place = static_cast<std::size_t>(j * width_ + columns[i]);
+      out[i] = valid_.empty() || valid_[place] ? 1 : 0;
+    }
+    out = out.subspan(x.size());
+  }
 }
 
 Window::Stencil Window::stencil(double x, double y) const {
@@ -123,55 +143,44 @@ double Window::height(double x, double y) const {
   return weighted(wy, across);
 }
 
-Window::Place Window::place(double at, double from, double per, std::int64_t first) {
-  const double u = within_indices((at - from) * per - 0.5);
-  const auto i = floor_of(u);
-  Place p;
-  p.first = i - first - 1;
-  keys_weights(u - static_cast<double>(i), p.w);
-  return p;
-}
-
-void Window::heights(std::span<const double> x, std::span<const double> y,
-                     std::span<double> out) const {
-  if (empty()) return std::fill(out.begin(), out.end(), 0.0);
+void Window::grid(std::span<const double> x, std::span<const double> y, const Heights& out) const {
+  if (x.empty()) return;
+  if (empty()) {
+    for (const auto& all : {out.h, out.hx, out.hy}) std::fill(all.begin(), all.end(), 0.0);
+    return;
+  }
+  const auto part = [&](std::span<double> all, std::size_t j, std::size_t n) {
+    return all.empty() ? all : all.subspan(x.size() * j, x.size() * n);
+  };
   for (std::size_t j = 0; j < y.size(); j += few) {
-    heights_of_few(x, y.subspan(j, std::min(few, y.size() - j)), y.size(), out.data() + j);
+    const std::size_t n = std::min(few, y.size() - j);
+    grid_of_few(x, y.subspan(j, n), {part(out.h, j, n), part(out.hx, j, n), part(out.hy, j, n)});
   }
 }
 
-void Window::heights_of_few(std::span<const double> x, std::span<const double> y,
-                            std::size_t stride, double* out) const {
-  std::array<Place, few> rows;
+void Window::grid_of_few(std::span<const double> x, std::span<const double> y,
+                         const Heights& out) const {
+  std::array<SamplePlace, few> rows;
   std::int64_t south = std::numeric_limits<std::int64_t>::max(), north = -south;
   for (std::size_t j = 0; j < y.size(); ++j) {
-    rows[j] = place(y[j], y0_, per_y_, j0_);
+    const double v = within_indices((y[j] - y0_) * per_y_ - 0.5);
+    const auto whole = floor_of(v);
+    const auto k = keys(v - static_cast<double>(whole));
+    rows[j].first = whole - j0_ - 1;
+    std::copy(k.w, k.w + 4, rows[j].w);
+    std::copy(k.d, k.d + 4, rows[j].d);
     south = std::min(south, rows[j].first);
     north = std::max(north, rows[j].first + 3);
   }
-  std::array<double, 4 * few> across;  // at one x, from `south` on
-  const bool apart = north - south >= static_cast<std::int64_t>(across.size());
-  for (std::size_t i = 0; i < x.size(); ++i, out += stride) {
-    if (apart) {
-      for (std::size_t j = 0; j < y.size(); ++j) out[j] = height(x[i], y[j]);
-      continue;
-    }
-    const Place column = place(x[i], x0_, per_x_, i0_);
-    const bool inside = column.first >= 0 && column.first + 4 <= width_;
-    for (auto row = south; row <= north; ++row) {
-      const float* const samples =
-          filled_.data() +
-          index(0, static_cast<int>(std::clamp<std::int64_t>(row, 0, height_ - 1)));
-      float own[4];
-      for (int l = 0; l < 4 && !inside; ++l) {
-        own[l] = samples[std::clamp<std::int64_t>(column.first + l, 0, width_ - 1)];
-      }
-      across[static_cast<std::size_t>(row - south)] =
-          weighted(column.w, inside ? samples + column.first : own);
-    }
-    for (std::size_t j = 0; j < y.size(); ++j) {
-      out[j] = weighted(rows[j].w, &across[static_cast<std::size_t>(rows[j].first - south)]);
-    }
+  const bool slopes = !out.hx.empty();
+  if (north - south < static_cast<std::int64_t>(most_rows)) {
+    return look_up_grid(samples(), x.data(), x.size(), rows.data(), y.size(), out.h.data(),
+                        slopes ? out.hx.data() : nullptr, slopes ? out.hy.data() : nullptr);
+  }
+  for (std::size_t n = 0; n < x.size() * y.size(); ++n) {
+    const Height h = at(x[n % x.size()], y[n / x.size()]);
+    out.h[n] = h.h;
+    if (slopes) out.hx[n] = h.hx, out.hy[n] = h.hy;
   }
 }
 
@@ -233,14 +242,7 @@ Window::Range Window::involved(const Box& area) const {
 Interval Window::bounds(const Box& area) const {
   if (empty()) return {0, 0};
   const auto range = involved(area);
-  float low = std::numeric_limits<float>::max(), high = -low;
-  for (int j = range.j0; j <= range.j1; ++j) {
-    const float* const row = filled_.data() + index(0, j);
-    for (int i = range.i0; i <= range.i1; ++i) {
-      low = std::min(low, row[i]);
-      high = std::max(high, row[i]);
-    }
-  }
+  const auto [low, high] = extremes(samples(), range.i0, range.j0, range.i1, range.j1);
   return widened(low, high);
 }
 

@@ -38,9 +38,6 @@ class Window {
   Height at(double x, double y) const;
   /// Elevation alone: the same bits as at().h.
   double height(double x, double y) const;
-  /// height(x[i], y[j]) into out[y.size() i + j], the same bits: what points in line share is found
-  /// once.
-  void heights(std::span<const double> x, std::span<const double> y, std::span<double> out) const;
   /// height(x[i], y[i]) of points anywhere, the same bits, found several at a time.
   void heights_at(std::span<const double> x, std::span<const double> y,
                   std::span<double> out) const;
@@ -49,6 +46,12 @@ class Window {
     std::span<double> h, hx, hy;
   };
   void at(std::span<const double> x, std::span<const double> y, const Heights& out) const;
+  /// at(x[i], y[j]) into out[x.size() j + i], the same bits: what points in line share is found
+  /// once. Without slopes where the spans for them are empty.
+  void grid(std::span<const double> x, std::span<const double> y, const Heights& out) const;
+  /// valid(x[i], y[j]) into out[x.size() j + i].
+  void valid(std::span<const double> x, std::span<const double> y,
+             std::span<std::uint8_t> out) const;
   /// Contains height(x, y) for every (x, y) in `area`.
   Interval bounds(const Box& area) const;
   /// Bound on |grad h| over `area`.
@@ -65,20 +68,12 @@ class Window {
   struct Range {
     int i0, j0, i1, j1;  // closed
   };
-  // The first of four samples around a coordinate, and their weights.
-  struct Place {
-    std::int64_t first;
-    double w[4];
-  };
-
   std::size_t index(int i, int j) const {
     return static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) +
            static_cast<std::size_t>(i);
   }
   Stencil stencil(double x, double y) const;
-  static Place place(double at, double from, double per, std::int64_t first);
-  void heights_of_few(std::span<const double> x, std::span<const double> y, std::size_t stride,
-                      double* out) const;
+  void grid_of_few(std::span<const double> x, std::span<const double> y, const Heights& out) const;
   Range involved(const Box& area) const;
   bool is_small() const;
   Samples samples() const;
@@ -88,7 +83,7 @@ class Window {
   std::int64_t i0_ = 0, j0_ = 0;
   int width_ = 0, height_ = 0;
   std::vector<float> filled_;
-  std::vector<bool> valid_;
+  std::vector<bool> valid_;  // empty: all are
 };
 
 /// Contains every interpolation between samples in [low, high].

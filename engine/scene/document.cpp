@@ -101,6 +101,7 @@ void check_unused(const json& scene, const Document& document, Findings& finding
   tree::Context scratch;
   scratch.definitions = document.context.definitions;
   scratch.read_voxels = document.context.read_voxels;
+  scratch.check_balls = document.context.check_balls;
   for (const auto& [name, definition] : document.context.definitions) {
     if (used.count(name) != 0) continue;
     Problems terrain, geology;
@@ -199,13 +200,17 @@ Document read_document(const json& scene, const Sources& sources, Findings& find
   read_definitions(scene, document, findings);
   VoxelFiles grids(sources, findings);
   document.context.read_voxels = [&](const auto&... names) { return grids.read(names...); };
+  BallFiles balls(sources, findings);
+  document.context.check_balls = [&](const auto&... names) { return balls.check(names...); };
   const std::size_t before = findings.problems.size();
   read_geology(scene, document, findings);
   if (findings.problems.size() == before) check_strata(document, findings);
   document.operations =
       read_operations(scene, sources, document.materials, document.context, findings);
   check_unused(scene, document, findings);
-  document.context.read_voxels = nullptr;  // it must not outlive `grids`
+  document.context.read_voxels = nullptr;  // they must not outlive what they read with
+  document.context.check_balls = nullptr;
+  document.balls = balls.take();
   findings.warnings.insert(findings.warnings.end(), document.context.warnings.begin(),
                            document.context.warnings.end());
   return document;

@@ -1,11 +1,13 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/dem/dem.hpp"
+#include "engine/scene/ball_files.hpp"
 #include "engine/scene/files.hpp"
 #include "engine/scene/operations.hpp"
 #include "engine/scene/settings.hpp"
@@ -33,6 +35,7 @@ struct Document {
   dem::Placement place;  // by the first terrain
   std::string vertical;  // what heights count from, where the tiles lie on the Earth; "" else
   tree::Context context;
+  std::map<std::string, BallFacts> balls;  // by the names of their files
 };
 
 /// Reads a scene. The document is fit for use only if `findings` stay empty but for warnings.

@@ -17,6 +17,7 @@ using tree::Problems;
 constexpr std::array<std::string_view, 3> profiles = {"draco", "meshopt", "plain"};
 constexpr std::array<std::string_view, 2> frames = {"local", "ecef"};
 constexpr std::size_t most_corners = 100'000;
+constexpr tree::Range base_depth = tree::above(0, tree::longest);
 constexpr tree::Range anywhere = tree::within(-tree::farthest, tree::farthest);
 
 /// Two numbers in `range`.
@@ -143,6 +144,31 @@ json extent_schema() {
   return {{"type", {"object", "null"}},
           {"properties", {{"min", plan_schema()}, {"max", plan_schema()}}},
           {"required", {"min", "max"}},
+          {"additionalProperties", false}};
+}
+
+std::optional<std::optional<double>> read_base(const json& value, const std::string& where,
+                                               Problems& problems) {
+  if (value.is_null()) return std::optional<double>();
+  if (!value.is_object()) {
+    problems.push_back({where, "must be {\"closed\": depth in m} or null"});
+    return std::nullopt;
+  }
+  static constexpr std::string_view keys[] = {"closed"};
+  tree::report_unknown_keys(value, where, keys, problems);
+  const auto closed = value.find("closed");
+  if (closed == value.end()) {
+    problems.push_back({where + "/closed", "is missing"});
+    return std::nullopt;
+  }
+  const auto depth = tree::read_number(*closed, where + "/closed", base_depth, "m", problems);
+  if (!depth) return std::nullopt;
+  return std::optional<double>(*depth);
+}
+json base_schema() {
+  return {{"type", {"object", "null"}},
+          {"properties", {{"closed", tree::number_schema(base_depth, "m")}}},
+          {"required", {"closed"}},
           {"additionalProperties", false}};
 }
 

@@ -12,29 +12,13 @@
 #include "engine/tree/fields.hpp"
 #include "engine/tree/polygon.hpp"
 
-/// Descriptors of what a scene says beside its trees. Settings list them together with those of
-/// engine/tree/fields.hpp; read_object.hpp derives parser and schema from the list.
+/// Values with JSON forms of their own, of what a scene says beside its trees. Settings list them
+/// together with the descriptors of engine/tree/fields.hpp; read_object.hpp derives parser and
+/// schema from the list.
 namespace hoodoo::scene {
 
-/// A value with a JSON form of its own.
-template <class V>
-struct Form {
-  /// None, and a problem at `where`, when `json` is not such a value.
-  std::optional<V> (*read)(const nlohmann::json& json, const std::string& where,
-                           std::vector<Problem>& problems);
-  nlohmann::json (*schema)();
-};
-
-/// A field whose value has such a form.
-template <class T, class V>
-struct Special {
-  std::string_view key;
-  V T::*member;
-  Form<V> form;
-  std::optional<V> fallback;  // tree::required: the key must be there
-  std::string_view doc;
-};
-
+using tree::Form;
+using tree::Special;
 using Pair = std::array<double, 2>;
 using Colour = std::array<std::uint8_t, 3>;
 
@@ -53,6 +37,9 @@ std::optional<std::string> read_profile(const nlohmann::json&, const std::string
                                         std::vector<Problem>&);
 std::optional<std::string> read_frame(const nlohmann::json&, const std::string&,
                                       std::vector<Problem>&);
+std::optional<std::optional<double>> read_base(const nlohmann::json&, const std::string&,
+                                               std::vector<Problem>&);
+nlohmann::json base_schema();
 nlohmann::json colour_schema();
 nlohmann::json share_schema();
 nlohmann::json altitude_schema();
@@ -78,6 +65,8 @@ inline constexpr Form<tree::Polygon> outline_form{&form::read_outline, &form::ou
 inline constexpr Form<std::optional<double>> fill_form{&form::read_fill, &form::fill_schema};
 /// {"min": [x, y], "max": [x, y]} [m], or null (none); z is not bounded.
 inline constexpr Form<std::optional<Box>> extent_form{&form::read_extent, &form::extent_schema};
+/// {"closed": depth} [m], or null (none).
+inline constexpr Form<std::optional<double>> base_form{&form::read_base, &form::base_schema};
 /// "draco" or "plain".
 inline constexpr Form<std::string> profile_form{&form::read_profile, &form::profile_schema};
 /// "local" or "ecef".

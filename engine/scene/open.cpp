@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/base/random.hpp"
+#include "engine/generator/growth.hpp"
 #include "engine/scene/document.hpp"
 #include "engine/scene/points.hpp"
 #include "engine/scene/scene.hpp"
@@ -23,6 +24,7 @@ void ingest(const Document& document, const OpenSettings& settings, Scene& scene
   for (std::size_t i = 0; i < document.terrains.size(); ++i) {
     const auto& terrain = document.terrains[i];
     auto spend = settings.ingest;
+    spend.memory /= document.terrains.size();  // pyramids keep chunks in memory side by side
     if (settings.ingest.progress) {
       spend.progress = [&, i](double part) {
         settings.ingest.progress((static_cast<double>(i) + part) / terrains);
@@ -34,6 +36,8 @@ void ingest(const Document& document, const OpenSettings& settings, Scene& scene
       scene.pyramids.push_back(dem::Pyramid::ingest(terrain.file, scene.frame, terrain.pixel,
                                                     terrain.settings.nodata, settings.cache,
                                                     spend));
+      // What the document says of it, the frame too, comes from before the ingest.
+      dem::expect_unchanged(terrain.file, terrain.info.state);
     } catch (const Error& error) {
       refile(error, terrain, where, findings);
     }
@@ -43,6 +47,17 @@ void ingest(const Document& document, const OpenSettings& settings, Scene& scene
                   fmt::format("\"{}\" has no elevation but NoData", terrain.settings.dem));
     }
   }
+}
+
+/// Reads the balls of every tree that names a file of them.
+void load_balls(Document& document, const OpenSettings& settings, Scene& scene) {
+  const auto memory = std::max(settings.ball_memory, settings.ingest.memory / 4);
+  BallLoader loader(std::move(document.balls), settings.cache, settings.ball_memory, memory);
+  if (document.geology) loader.load(*document.geology);
+  for (auto& operation : document.operations) {
+    if (auto* node = std::get_if<tree::Node>(&operation.shape)) loader.load(*node);
+  }
+  scene.ball_files = loader.kept();
 }
 
 /// Makes every point of the scene fixed. All that lie over a hole are reported at once.
@@ -60,7 +75,7 @@ void fix_points(const nlohmann::json& stated, Document& document, const Scene& s
       visit_points(*node, (*operation.json)["tree"], operation.where + "/tree", document.context,
                    fix);
     } else {
-      visit_points(std::get<AnyBrush>(operation.shape), operation.where, fix);
+      visit_points(std::get<AnyTool>(operation.shape), operation.where, fix);
     }
   }
   findings.report();
@@ -83,33 +98,97 @@ void vary(tree::Node& node, std::uint64_t seed) {
   for (auto& child : node.children) vary(child, seed);
 }
 
-/// The tree of an operation whose points are fixed.
-tree::Node tree_of(QueuedOperation& operation, std::uint64_t seed) {
-  if (auto* node = std::get_if<tree::Node>(&operation.shape)) {
-    vary(*node, seed);
-    return std::move(*node);
-  }
-  const auto build = [&](auto& brush) {
-    if constexpr (requires { brush.seed; }) brush.seed = varied(brush.seed, seed);
-    brush.turbulence.seed = varied(brush.turbulence.seed, seed);
-    return brush.build();
-  };
-  return std::visit(build, std::get<AnyBrush>(operation.shape));
-}
+/// Queues one operation after the other; each generator sees those before it.
+class Queue {
+ public:
+  Queue(const OpenSettings& settings, Scene& scene)
+      : settings_(settings),
+        scene_(scene),
+        site_(scene.ground, scene.pyramids, scene.spacing, scene.extent,
+              {settings.ingest.threads, settings.ingest.memory, settings.ingest.stop}) {}
 
-void queue_steps(Document& document, Scene& scene) {
-  for (auto& operation : document.operations) {
-    auto tree = tree::pack(tree_of(operation, scene.seed));
-    scene.ground.steps.push_back({operation.id, operation.where, operation.operation,
-                                  std::move(tree), operation.region, operation.material});
+  void add(QueuedOperation& operation) {
+    if (auto* node = std::get_if<tree::Node>(&operation.shape)) {
+      vary(*node, scene_.seed);
+      add(operation, std::move(*node));
+      return;
+    }
+    std::visit(
+        [&]<class T>(T& tool) {
+          if constexpr (Brush<T>) {
+            if constexpr (requires { tool.seed; }) tool.seed = varied(tool.seed, scene_.seed);
+            tool.turbulence.seed = varied(tool.turbulence.seed, scene_.seed);
+            add(operation, tool.build());
+          } else {
+            grow(operation, tool);
+          }
+        },
+        std::get<AnyTool>(operation.shape));
   }
-  scene.ground.geology = std::move(document.geology);
-  if (scene.ground.geology) vary(*scene.ground.geology, scene.seed);
-}
 
-/// Binds materials to the strata they name, then packs the geology.
-void bind_strata(tree::Ground& ground) {
+ private:
+  void add(const QueuedOperation& operation, tree::Node tree) {
+    scene_.ground.steps.push_back({operation.id, operation.where, operation.operation,
+                                   tree::pack(std::move(tree)), operation.region,
+                                   operation.material});
+  }
+
+  template <class T>
+  void grow(const QueuedOperation& operation, const T& tool) {
+    auto& record = scene_.grown.emplace_back();
+    record.type = T::type;
+    record.id = operation.id;
+    record.where = operation.where;
+    record.first_step = scene_.ground.steps.size();
+    generator::Growth growth{site_, record, seed_of(operation.id, tool.seed), operation.region,
+                             operation.material};
+    try {
+      tool.grow(growth);
+    } catch (const Error& error) {
+      if (error.fault != Fault::limit && error.fault != Fault::bad_input) throw;
+      std::vector<Problem> problems = error.problems;
+      for (auto& problem : problems) problem.where = operation.where + problem.where;
+      throw Error(error.fault, std::move(problems));
+    }
+    if (!settings_.keep_marks) {
+      record.marks.clear();
+      record.edges.clear();
+    }
+    for (auto& step : std::span(scene_.ground.steps).subspan(record.first_step)) spill(step.tree);
+  }
+
+  /// Puts long lists of balls on the disk, from where tiles read those in their reach.
+  void spill(tree::Node& tree) {
+    std::visit(
+        [&](auto& node) {
+          if constexpr (requires { node.balls.in_file(); }) {
+            if (node.balls.in_file() || node.balls.size() <= most_balls_in(settings_.ball_memory)) {
+              return;
+            }
+            node.balls = in_file(node.balls, settings_.cache, settings_.ingest.memory / 4,
+                                 scene_.ball_files);
+          }
+        },
+        tree.value);
+  }
+
+  std::uint64_t seed_of(const std::string& id, std::uint32_t own) const {
+    std::uint64_t seed = random_bits(scene_.seed, own);
+    for (const char c : id) seed = random_bits(seed, static_cast<unsigned char>(c));
+    return seed;
+  }
+
+  const OpenSettings& settings_;
+  Scene& scene_;
+  generator::Site site_;
+};
+
+/// The geology: materials bound to the strata they name, then packed.
+void take_geology(Document& document, Scene& scene) {
+  auto& ground = scene.ground;
+  ground.geology = std::move(document.geology);
   if (!ground.geology) return;
+  vary(*ground.geology, scene.seed);
   for (std::size_t i = 0; i < ground.materials.size(); ++i) {
     const auto& name = ground.materials[i].stratum;
     if (name.empty()) continue;
@@ -133,20 +212,31 @@ Box plan_extent(const Document& document, const Scene& scene) {
                           all.min.x, all.max.x, all.min.y, all.max.y));
 }
 
-/// The least and the greatest z [m] that can hold a surface: elevations, and what steps add.
-void bound_heights(Scene& scene) {
+/// Makes the extent hold these heights [m], as far as they are finite.
+void add_heights(double low, double high, Box& extent) {
+  if (std::isfinite(low)) extent.min.z = std::min(extent.min.z, low);
+  if (std::isfinite(high)) extent.max.z = std::max(extent.max.z, high);
+}
+
+/// The least and the greatest z [m] that can hold a surface: of the elevations, and the floor.
+void bound_elevations(Scene& scene) {
   auto& extent = scene.extent;
   extent.min.z = Box::infinity;
   extent.max.z = -Box::infinity;
-  const auto add = [&](double low, double high) {
-    if (std::isfinite(low)) extent.min.z = std::min(extent.min.z, low);
-    if (std::isfinite(high)) extent.max.z = std::max(extent.max.z, high);
-  };
   for (std::size_t i = 0; i < scene.pyramids.size(); ++i) {
     const auto heights = scene.pyramids[i]->bounds(0, extent);
     const double offset = scene.ground.bodies[i].offset;
-    if (heights) add(heights->low + offset, heights->high + offset);
+    if (heights) add_heights(heights->low + offset, heights->high + offset, extent);
   }
+  if (scene.bake.base && extent.min.z <= extent.max.z) {
+    scene.floor = extent.min.z - *scene.bake.base;
+    add_heights(*scene.floor, *scene.floor, extent);
+  }
+}
+
+/// The same, and of what steps add.
+void bound_steps(Scene& scene) {
+  auto& extent = scene.extent;
   for (const auto& step : scene.ground.steps) {
     Box reach = tree::support(step.tree).influence;
     if (step.region) reach = intersection(reach, step.region->influence());
@@ -154,7 +244,7 @@ void bound_heights(Scene& scene) {
                       reach.max.x >= extent.min.x && reach.min.y <= extent.max.y &&
                       reach.max.y >= extent.min.y;
     if (near) {
-      add(reach.min.z, reach.max.z);
+      add_heights(reach.min.z, reach.max.z, extent);
     } else {
       scene.warnings.push_back(step.where + ": lies outside the world and changes nothing");
     }
@@ -185,15 +275,19 @@ Scene open(const nlohmann::json& stated, const Sources& sources, const OpenSetti
   }
   if (settings.checked) settings.checked();
   ingest(document, settings, scene);
+  if (settings.ingested) settings.ingested();
   scene.frame.vertical = document.vertical;
   scene.extent = plan_extent(document, scene);
   check_size(scene.extent.max.x - scene.extent.min.x, scene.extent.max.y - scene.extent.min.y,
              scene.spacing, "/bake/spacing", findings);
   findings.report();
+  load_balls(document, settings, scene);
   fix_points(stated, document, scene);
-  queue_steps(document, scene);
-  bind_strata(scene.ground);
-  bound_heights(scene);
+  take_geology(document, scene);
+  bound_elevations(scene);
+  Queue queue(settings, scene);
+  for (auto& operation : document.operations) queue.add(operation);
+  bound_steps(scene);
   return scene;
 }
 

@@ -33,14 +33,14 @@ class Reader {
       problems.push_back({where, "must be an object"});
       return std::nullopt;
     }
-    const auto before = problems.size();
+    const auto before = before_ = problems.size();
     QueuedOperation made{&from, where, {}, {}, -1, {}, {}};
     read_settings(from, where, made);
     if (const auto region = from.find("region"); region != from.end()) {
       made.region = read_region(*region, where + "/region", sources_, pixels_left_, findings_);
     }
     if (from.contains("type")) {
-      read_brush(from, where, made);
+      read_tool(from, where, made);
     } else {
       read_operation(from, where, made);
     }
@@ -78,12 +78,32 @@ class Reader {
     return -1;
   }
 
-  void read_brush(const json& from, const std::string& where, QueuedOperation& made) {
-    auto brush = Types<AnyBrush>::read(from, where, findings_.problems,
-                                       {common_keys.begin(), common_keys.end()});
-    if (!brush) return;
-    made.operation = std::visit([](const auto& b) { return b.op; }, *brush);
-    made.shape = *std::move(brush);
+  void read_tool(const json& from, const std::string& where, QueuedOperation& made) {
+    auto tool = Types<AnyTool>::read(from, where, findings_.problems,
+                                     {common_keys.begin(), common_keys.end()});
+    if (!tool) return;
+    std::visit(
+        [&]<class T>(const T& one) {
+          if constexpr (Brush<T>) made.operation = one.op;
+        },
+        *tool);
+    read_trees(where, *tool);
+    made.shape = *std::move(tool);
+  }
+
+  /// The trees that a generator holds, now that the scene's definitions are known.
+  void read_trees(const std::string& where, AnyTool& tool) {
+    if (findings_.problems.size() > before_) return;
+    const generator::ReadTree read = [&](const json& stated, const std::string& at) {
+      return scene::read_tree(stated, at, tree::Family::terrain, context_, findings_);
+    };
+    std::visit(
+        [&]<class T>(T& one) {
+          if constexpr (requires { one.read_trees(where, read, findings_.problems); }) {
+            one.read_trees(where, read, findings_.problems);
+          }
+        },
+        tool);
   }
 
   void read_operation(const json& from, const std::string& where, QueuedOperation& made) {
@@ -111,6 +131,7 @@ class Reader {
   const std::vector<MaterialSettings>& materials_;
   tree::Context& context_;
   Findings& findings_;
+  std::size_t before_ = 0;  // problems, when the operation was begun
   std::size_t pixels_left_ = most_mask_pixels;
   std::map<std::string, std::string> ids_;  // to the operation that has it
 };

@@ -6,15 +6,15 @@
 #include <variant>
 #include <vector>
 
-#include "engine/scene/brushes.hpp"
 #include "engine/scene/files.hpp"
 #include "engine/scene/settings.hpp"
+#include "engine/scene/tools.hpp"
 #include "engine/tree/ground.hpp"
 #include "engine/tree/parse.hpp"
 
 namespace hoodoo::scene {
 
-/// What every operation may carry beside its tree or brush.
+/// What every operation may carry beside its tree, brush or generator.
 struct OperationSettings {
   std::string id;
   std::string material;
@@ -51,7 +51,7 @@ struct QueuedOperation {
   std::shared_ptr<const tree::Region> region;  // null: everywhere
   int material = -1;
   tree::Operation operation = tree::Operation::unite;
-  std::variant<tree::Node, AnyBrush> shape;
+  std::variant<tree::Node, AnyTool> shape;
 };
 
 /// tree::parse_node with its problems among `findings`; a broken limit is one.

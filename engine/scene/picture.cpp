@@ -12,6 +12,7 @@
 
 #include "engine/base/error.hpp"
 #include "engine/base/file.hpp"
+#include "engine/scene/ball_files.hpp"
 #include "engine/scene/voxel_files.hpp"
 #include "engine/tree/evaluate.hpp"
 #include "engine/tree/parse.hpp"
@@ -175,6 +176,8 @@ tree::Node read_tree(const nlohmann::json& json, Family family,
   VoxelFiles grids(sources, findings);
   tree::Context context;
   context.read_voxels = [&](const auto&... names) { return grids.read(names...); };
+  BallFiles balls(sources, findings);
+  context.check_balls = [&](const auto&... names) { return balls.check(names...); };
   auto& problems = findings.problems;
   auto node = tree::parse_node(json, "", family, context, problems);
   if (node) {
@@ -185,6 +188,7 @@ tree::Node read_tree(const nlohmann::json& json, Family family,
     });
   }
   findings.report();
+  BallLoader(balls.take(), {}, SIZE_MAX, 0).load(*node);
   return std::move(*node);
 }
 

@@ -81,8 +81,8 @@ void visit_points(tree::Node& node, const json& at, const std::string& where,
   }
 }
 
-void visit_points(AnyBrush& brush, const std::string& where, const VisitPoint& visit) {
-  std::visit([&](auto& one) { visit_fields(one, where, visit); }, brush);
+void visit_points(AnyTool& tool, const std::string& where, const VisitPoint& visit) {
+  std::visit([&](auto& one) { visit_fields(one, where, visit); }, tool);
 }
 
 std::optional<double> InputTerrain::height(double x, double y) const {

@@ -37,7 +37,7 @@ using VisitPoint = std::function<void(tree::Point&, const std::string& where)>;
 /// Visits every point of a tree that was parsed from `json`, which stands at `where`.
 void visit_points(tree::Node& tree, const nlohmann::json& json, const std::string& where,
                   const tree::Context& context, const VisitPoint& visit);
-/// Visits every point of a brush, which stands at `where`.
-void visit_points(AnyBrush& brush, const std::string& where, const VisitPoint& visit);
+/// Visits every point of a brush or generator, which stands at `where`.
+void visit_points(AnyTool& tool, const std::string& where, const VisitPoint& visit);
 
 }  // namespace hoodoo::scene

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -146,7 +147,13 @@ struct Types<std::variant<T...>> {
       choice.add(type, name);
       definitions[name] = std::move(one);
     };
-    (put(T::type, T::doc, object_schema<T>()), ...);
+    const auto cite = []<class One>(std::type_identity<One>, nlohmann::json one) {
+      if constexpr (requires { One::cited; }) {
+        one["$comment"] = fmt::format("Source: {}.", One::cited);
+      }
+      return one;
+    };
+    (put(T::type, T::doc, cite(std::type_identity<T>(), object_schema<T>())), ...);
     auto any = choice.schema();
     any["type"] = "object";
     any["required"] = nlohmann::json::array({"type"});

@@ -1,4 +1,4 @@
-// The reference page of the nodes, from their JSON Schema.
+// The reference pages of nodes, brushes and generators, from their JSON Schema.
 #include "engine/scene/reference.hpp"
 
 #include <fmt/format.h>
@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "engine/scene/scene.hpp"
 #include "engine/tree/parse.hpp"
 
 namespace hoodoo::scene {
@@ -73,6 +74,31 @@ void add_rows(const json& object, const std::string& before, std::string& text) 
   }
 }
 
+constexpr const char* tool_heading = R"(# Brushes and generators
+
+What an operation with a "type" may be, written by `hoodoo schema tools`. A brush builds one tree. A generator looks at
+the scene as the operations before it left it - its surface, its geology, the input elevations - and queues trees of its
+own, which the next operation sees. Each may have an `id`, a `region` and a `material`; `hoodoo generate` lists what
+generators make. e is the effect of an erosion, rho the resistance of the rock, both in [0, 1]. Lengths are in metres,
+angles in degrees.
+)";
+
+/// The types under "<kind>." in the scene's schema.
+std::string tool_sections(const json& definitions, const std::string& kind) {
+  std::string text;
+  for (const auto& [name, tool] : definitions.items()) {
+    if (!name.starts_with(kind + ".")) continue;
+    text += fmt::format("\n## {}\n\nA {}. {}", name.substr(kind.size() + 1), kind,
+                        tool.value("description", ""));
+    if (tool.contains("$comment")) text += " " + tool["$comment"].get<std::string>();
+    text += "\n\n| field | unit | range | default | |\n|---|---|---|---|---|\n";
+    auto own = tool;
+    for (const auto* common : {"id", "region", "material"}) own["properties"].erase(common);
+    add_rows(own, "", text);
+  }
+  return text;
+}
+
 std::string section(const std::string& type, const json& node, const std::string& stands) {
   auto text = fmt::format("\n## {0}\n\n![{0}](nodes/{0}.png)\n\n{1}\n\nStands in {2} trees.", type,
                           node.value("description", ""), stands);
@@ -97,6 +123,12 @@ std::vector<NodeName> node_names() {
   names.reserve(stands.size());
   for (auto& [type, families] : stands) names.push_back({type, std::move(families)});
   return names;
+}
+
+std::string tool_reference() {
+  const auto definitions = schema()["$defs"];
+  return tool_heading + tool_sections(definitions, "generator") +
+         tool_sections(definitions, "brush");
 }
 
 std::string node_reference() {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <tuple>
@@ -12,6 +13,7 @@
 #include "engine/base/box.hpp"
 #include "engine/base/error.hpp"
 #include "engine/dem/dem.hpp"
+#include "engine/generator/record.hpp"
 #include "engine/scene/fields.hpp"
 #include "engine/tree/ground.hpp"
 
@@ -34,10 +36,15 @@ struct BakeSettings {
   int levels = 0;                 // 0: until one tile covers the world
   double simplify = 0.1;          // leaves [s_0]; 0: not at all
   double simplify_coarse = 0.5;   // other levels [s_L]
-  std::string profile = "draco";  // draco | meshopt | plain
-  int draco_speed = 5;            // 0 to 10
-  std::string frame = "local";    // local | ecef
-  std::string vertical;           // what heights count from, for ecef; "": what the DEM says
+  bool keep_thin = false;         // sample levels finer that would lose a thin feature
+  int tile_triangles = default_tile_triangles;  // of one file's surface
+  std::string profile = "draco";                // draco | meshopt | plain
+  int draco_speed = 5;                          // 0 to 10
+  std::string frame = "local";                  // local | ecef
+  std::optional<double> base;  // depth of the floor [m]; none: the world is open below
+  std::string vertical;        // what heights count from, for ecef; "": what the DEM says
+
+  static constexpr int default_tile_triangles = 262144;
 
   static constexpr auto fields() {
     using T = BakeSettings;
@@ -56,6 +63,13 @@ struct BakeSettings {
                   "Largest error of simplification at the finest level; 0 is none."},
         Number<T>{"simplify_coarse", &T::simplify_coarse, "spacings", within(0, 10), 0.5,
                   "The same for the other levels, in their own spacings."},
+        Flag<T>{"keep_thin", &T::keep_thin, false,
+                "Samples a level at a half or a quarter of its spacing where features of the scene "
+                "are thinner than two of its cells, so that pillars, arches and thin roofs stay "
+                "alive at a distance."},
+        Whole<T>{"tile_triangles", &T::tile_triangles, 1000, 16777216, default_tile_triangles,
+                 "Triangles of one file's surface; a tile of more is written as several files, one "
+                 "above the other."},
         Special<T, std::string>{
             "profile", &T::profile, profile_form, std::string("draco"),
             "Encoding of the tiles: Draco or meshopt compression, or plain glTF."},
@@ -64,6 +78,11 @@ struct BakeSettings {
         Special<T, std::string>{"frame", &T::frame, frame_form, std::string("local"),
                                 "Where the tileset lies: in the scene's own frame, or on the Earth "
                                 "(EPSG:4978), every vertex through PROJ."},
+        Special<T, std::optional<double>>{
+            "base", &T::base, base_form, std::optional<double>(),
+            "{\"closed\": depth} closes the surface by walls along the world's edge and around "
+            "holes, and by a floor `depth` metres below the lowest elevation; by default the "
+            "surface ends at the world's edge."},
         Text<T>{"vertical", &T::vertical, "",
                 "With frame \"ecef\", what heights count from: \"ellipsoid\", or a vertical CRS "
                 "such as \"EPSG:5773\"; by default what the first DEM states."}};
@@ -80,14 +99,21 @@ struct Scene {
   BakeSettings bake;
   tree::Ground ground;
   std::vector<std::shared_ptr<const dem::Pyramid>> pyramids;  // one per ground.bodies
-  Box extent;  // of the world [m], z: elevations and influences
+  Box extent;                   // of the world [m], z: elevations and influences
+  std::optional<double> floor;  // z [m] of the floor that closes the world
   std::vector<std::string> warnings;
+  std::vector<generator::Record> grown;        // what each generator did, in their order
+  std::set<std::filesystem::path> ball_files;  // in use, by name, beside the pyramids
 };
 
 struct OpenSettings {
-  std::filesystem::path cache;  // folder for the pyramids
+  std::filesystem::path cache;  // folder for the pyramids and files of balls
+  /// Balls of a file that take more [bytes] stay on disk, sorted.
+  std::size_t ball_memory = std::size_t{64} << 20;
   dem::IngestSettings ingest;
-  std::function<void()> checked{};  // called when no problem was seen, before anything is written
+  bool keep_marks = false;           // of generators, for people
+  std::function<void()> checked{};   // called when no problem was seen, before anything is written
+  std::function<void()> ingested{};  // called when the elevations are there
 };
 
 /// Reads, checks and resolves a scene. Every problem is reported at once, each with its JSON

@@ -36,14 +36,16 @@ json tree_operation() {
   return operation;
 }
 
-/// A brush where there is a "type", else a tree.
+/// A generator or a brush where there is a "type", else a tree.
 json operation() {
   const auto tree = tree::each_required({"op", "tree"});
-  return {{"type", "object"},
-          {"anyOf", tree::each_required({"op", "tree", "type"})},
-          {"if", {{"required", {"type"}}}},
-          {"then", reference("brush")},
-          {"else", {{"if", {{"anyOf", tree}}}, {"then", reference("operation.tree")}}}};
+  const json generated = {{"properties", {{"type", {{"enum", Types<AnyGenerator>::names()}}}}}};
+  return {
+      {"type", "object"},
+      {"anyOf", tree::each_required({"op", "tree", "type"})},
+      {"if", {{"required", {"type"}}}},
+      {"then", {{"if", generated}, {"then", reference("generator")}, {"else", reference("brush")}}},
+      {"else", {{"if", {{"anyOf", tree}}}, {"then", reference("operation.tree")}}}};
 }
 
 }  // namespace
@@ -57,6 +59,8 @@ json schema() {
   regions["description"] = "Where an operation acts; by default everywhere.";
   definitions["region"] = std::move(regions);
   definitions["brush"] = Types<AnyBrush>::schema("brush", definitions, common_properties());
+  definitions["generator"] =
+      Types<AnyGenerator>::schema("generator", definitions, common_properties());
   definitions["operation.tree"] = tree_operation();
   definitions["operation"] = operation();
 

@@ -28,7 +28,7 @@ class BallKernel final : public Kernel {
  private:
   std::string_view type_;
   SplatRule rule_;
-  std::vector<SplatBall> balls_;
+  SplatBalls balls_;
 };
 
 /// The farthest that a side of `box` lies from `origin` along an axis, infinite ones left out [m].
@@ -48,6 +48,19 @@ template <Swarm N>
 std::vector<Balls::Found> balls_near(const N& node, const Box& box, const Vec3& origin) {
   return node.balls.near(box, node.stretch() * (1 + 5e-5),
                          node.margin() * (1 + 5e-5) + 4e-6 * farthest_side(box, origin));
+}
+
+/// The node with those of its balls in memory that `balls_near` of the same box and origin finds
+/// and whose radius is at least `least`.
+template <Swarm N>
+N held_near(const N& node, const Box& box, const Vec3& origin, double least = 0) {
+  N held = node;
+  if (node.balls.in_file()) {
+    held.balls =
+        node.balls.part(box, node.stretch() * (1 + 5e-5),
+                        node.margin() * (1 + 5e-5) + 4e-6 * farthest_side(box, origin), least);
+  }
+  return held;
 }
 
 /// How far roughness moves a ball's boundary [m] where the points of a box see it.
@@ -105,6 +118,9 @@ SplatBall splat_ball(const N& node, const Balls::Stored& ball, const Vec3& origi
 
 template <Swarm N>
 Compiled compile_swarm(const N& node, const Block& block) {
+  if (node.balls.in_file()) {
+    return compile_swarm(held_near(node, block.box, block.origin), block);
+  }
   const auto found = balls_near(node, block.box, block.origin);
   if (found.empty()) return {};
   std::vector<SplatBall> balls;

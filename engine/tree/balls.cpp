@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
+
+#include "engine/tree/ball_file.hpp"
+#include "engine/tree/morton.hpp"
 
 namespace hoodoo::tree {
 namespace {
@@ -17,27 +22,15 @@ float down(double v) {
 }
 float up(double v) { return -down(-v); }
 
-/// Every third bit of 21.
-std::uint64_t spread(std::uint64_t v) {
-  v = (v | v << 32) & 0x001f00000000ffffULL;
-  v = (v | v << 16) & 0x001f0000ff0000ffULL;
-  v = (v | v << 8) & 0x100f00f00f00f00fULL;
-  v = (v | v << 4) & 0x10c30c30c30c30c3ULL;
-  return (v | v << 2) & 0x1249249249249249ULL;
-}
-
-/// Places of the balls along a Z-order curve (Morton 1966).
+/// Places of the balls along a Z-order curve.
 std::vector<std::uint32_t> along_curve(const std::vector<Ball>& list) {
   Box box;
   for (const Ball& b : list) box.add(b.center);
-  const Vec3 size = box.max - box.min;
-  const double scale = 2097151 / std::max({size.x, size.y, size.z, 1e-9});
+  const MortonCurve curve(box);
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
   keys.reserve(list.size());
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const Vec3 p = (list[i].center - box.min) * scale;
-    const auto bits = [](double v) { return spread(static_cast<std::uint64_t>(v)); };
-    keys.emplace_back(bits(p.x) | bits(p.y) << 1 | bits(p.z) << 2, static_cast<std::uint32_t>(i));
+    keys.emplace_back(curve.at(list[i].center), static_cast<std::uint32_t>(i));
   }
   std::sort(keys.begin(), keys.end());
   std::vector<std::uint32_t> places;
@@ -112,23 +105,49 @@ Balls::Balls(const std::vector<Ball>& list) {
   data_ = std::move(data);
 }
 
+void BallDigest::add(const Ball& b) {
+  const std::array numbers{b.center.x, b.center.y, b.center.z, b.radius,
+                           static_cast<double>(b.energy)};
+  hash_.add(std::as_bytes(std::span(numbers)));
+}
+
+std::size_t Balls::size() const {
+  if (file_) return file_->size();
+  return data_ ? data_->balls.size() : 0;
+}
+
 std::vector<Ball> Balls::list() const {
   std::vector<Ball> list(size());
-  for (const Stored& b : stored()) list[b.place] = b.ball();
+  for_each([&](const Stored& b) { list[b.place] = b.ball(); });
   return list;
 }
 
-const std::vector<Balls::Stored>& Balls::stored() const {
-  static const std::vector<Stored> none;
-  return data_ ? data_->balls : none;
+Digest Balls::digest() const {
+  if (file_) return file_->digest();
+  BallDigest digest;
+  for (const Ball& ball : list()) digest.add(ball);
+  return digest.finish();
+}
+
+Balls Balls::part(const Box& box, double stretch, double margin, double least) const {
+  if (!file_) return *this;
+  std::vector<Ball> list;
+  for (const Stored& b : file_->near(box, stretch, margin, least)) list.push_back(b.ball());
+  return Balls(list);
+}
+
+void Balls::for_each(const std::function<void(const Stored&)>& visit) const {
+  if (file_) return file_->for_each(visit);
+  if (!data_) return;
+  for (const Stored& b : data_->balls) visit(b);
 }
 
 Box Balls::box(double stretch) const {
   Box all;
-  for (const Stored& b : stored()) {
+  for_each([&](const Stored& b) {
     const Vec3 c{b.x, b.y, b.z};
     all.add(Box{c, c}.grown(stretch * b.radius));
-  }
+  });
   return all;
 }
 
@@ -240,7 +259,8 @@ struct Balls::Search {
 
 std::vector<Balls::Found> Balls::near(const Box& box, double stretch, double margin) const {
   std::vector<Found> found;
-  if (empty()) return found;
+  assert(!file_);
+  if (!data_) return found;
   Search search{*data_, box, stretch, margin};
   search.found.resize(128);
   search.run();
@@ -254,7 +274,9 @@ std::vector<Balls::Found> Balls::near(const Box& box, double stretch, double mar
 }
 
 bool operator==(const Balls& a, const Balls& b) {
-  return a.data_ == b.data_ || (a.size() == b.size() && a.list() == b.list());
+  if (a.data_ == b.data_ && a.file_ == b.file_) return true;
+  if (a.size() != b.size()) return false;
+  return a.file_ || b.file_ ? a.digest() == b.digest() : a.list() == b.list();
 }
 
 }  // namespace hoodoo::tree

@@ -2,10 +2,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "engine/base/box.hpp"
+#include "engine/base/hash.hpp"
 
 namespace hoodoo::tree {
 
@@ -17,9 +19,21 @@ struct Ball {
   friend bool operator==(const Ball&, const Ball&) = default;
 };
 
+/// Names a list of balls, fed one by one.
+class BallDigest {
+ public:
+  void add(const Ball& ball);
+  Digest finish() { return hash_.finish(); }
+
+ private:
+  Sha256 hash_;
+};
+
+class BallFile;  // ball_file.hpp
+
 /// An immutable list of balls that is asked by box; copies share it. Holds about 44 bytes per ball:
 /// the balls along a space-filling curve, and boxes around each eight of them, each eight of
-/// those, and so on.
+/// those, and so on. Or it lies in a file, of which `part` takes what is wanted into memory.
 class Balls {
  public:
   /// A ball and its place in the list.
@@ -39,16 +53,25 @@ class Balls {
   /// In the order in which they are summed up.
   explicit Balls(const std::vector<Ball>& list);
 
-  std::size_t size() const { return data_ ? data_->balls.size() : 0; }
+  explicit Balls(std::shared_ptr<const BallFile> file) : file_(std::move(file)) {}
+
+  std::size_t size() const;
+  bool in_file() const { return file_ != nullptr; }
   bool empty() const { return size() == 0; }
   /// In their order.
   std::vector<Ball> list() const;
+  /// Names the list, wherever it lies.
+  Digest digest() const;
+  /// In memory: of these at least those that `near` finds and whose radius is at least `least`;
+  /// all of them where they are in memory already. Errors: io.
+  Balls part(const Box& box, double stretch, double margin, double least = 0) const;
   /// Those whose radius, times `stretch`, plus `margin` [m], reaches `box`; in their order.
+  /// Of balls in memory.
   std::vector<Found> near(const Box& box, double stretch, double margin) const;
   /// Around all of them, each ball's radius times `stretch`.
   Box box(double stretch) const;
-  /// In no particular order.
-  const std::vector<Stored>& stored() const;
+  /// In no particular order. Errors: io.
+  void for_each(const std::function<void(const Stored&)>& visit) const;
 
   friend bool operator==(const Balls& a, const Balls& b);
 
@@ -69,6 +92,7 @@ class Balls {
   struct Builder;
 
   std::shared_ptr<const Data> data_;
+  std::shared_ptr<const BallFile> file_;
 };
 
 }  // namespace hoodoo::tree

@@ -162,8 +162,13 @@ std::unique_ptr<Columns::OfBody> BodyField::columns(const Cube& at) const {
       x[i] = origin_.x + static_cast<double>(at.x[i]);
       y[i] = origin_.y + static_cast<double>(at.y[i]);
     }
-    window_->heights(std::span(x).first(at.nx), y, known->h);
-    for (double& h : known->h) h += body_->offset;
+    std::array<double, Columns::count> h;
+    window_->grid(std::span(x).first(at.nx), y, {std::span(h).first(at.nx * y.size()), {}, {}});
+    for (std::size_t i = 0; i < at.nx; ++i) {
+      for (std::size_t j = 0; j < y.size(); ++j) {
+        known->h[Cube::side * i + j] = h[at.nx * j + i] + body_->offset;
+      }
+    }
     return known;
   }
   for (std::size_t i = 0; i < at.nx; ++i) {

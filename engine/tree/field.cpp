@@ -129,6 +129,12 @@ class BlockField final : public Field {
     });
   }
 
+  std::optional<int> material() const override {
+    const bool own = std::any_of(steps_.begin(), steps_.end(),
+                                 [](const auto& s) { return s.step->material >= 0; });
+    return own ? std::nullopt : rock_.material();
+  }
+
   void resistances(const Points& at, std::span<float> out) const override {
     for_batches(at, [&](const Points& batch, std::size_t from) {
       rock_.resistances(batch, out.subspan(from, batch.size()));

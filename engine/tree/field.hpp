@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,6 +33,8 @@ class Field {
   /// Index into Ground::materials of the rock at each point: that of the last operation with a
   /// material of its own that changed F there, else the one whose resistance range holds rho.
   virtual void materials(const Points& at, std::span<int> out) const = 0;
+  /// That of every point of the block, where one is known to be.
+  virtual std::optional<int> material() const = 0;
   /// rho in [0,1].
   virtual void resistances(const Points& at, std::span<float> out) const = 0;
   /// Contains F at every point of the block's box, rounded outward.

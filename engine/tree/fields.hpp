@@ -2,6 +2,7 @@
 #include <concepts>
 #include <cstddef>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,6 +10,7 @@
 #include <tuple>
 #include <vector>
 
+#include "engine/base/error.hpp"
 #include "engine/base/vector.hpp"
 #include "engine/tree/balls.hpp"
 #include "engine/tree/point.hpp"
@@ -114,14 +116,22 @@ struct Outline {
   std::string_view doc;
 };
 
-inline constexpr std::size_t most_balls = 1'000'000;
+inline constexpr std::size_t most_balls = 1'000'000;  // of a list in the scene itself
 
 /// Balls, each an array of numbers.
 template <class T>
 struct BallList {
   std::string_view key;
   Balls T::*member;
-  std::size_t least, most;
+  std::size_t fewest, most;  // none: they are in a file
+  std::string_view doc;
+};
+
+/// Name of a file that is read instead; "" where there is none.
+template <class T>
+struct FileName {
+  std::string_view key;
+  std::string T::*member;
   std::string_view doc;
 };
 
@@ -169,6 +179,25 @@ struct Groups {
   std::string_view key;
   std::vector<G> T::*member;
   std::size_t least, most;
+  std::string_view doc;
+};
+
+/// A value with a JSON form of its own.
+template <class V>
+struct Form {
+  /// None, and a problem at `where`, when `json` is not such a value.
+  std::optional<V> (*read)(const nlohmann::json& json, const std::string& where,
+                           std::vector<Problem>& problems);
+  nlohmann::json (*schema)();
+};
+
+/// A field whose value has such a form.
+template <class T, class V>
+struct Special {
+  std::string_view key;
+  V T::*member;
+  Form<V> form;
+  std::optional<V> fallback;  // required: the key must be there
   std::string_view doc;
 };
 

@@ -9,6 +9,8 @@
 #include <optional>
 
 #include "engine/base/math.hpp"
+#include "engine/base/noise.hpp"
+#include "engine/tree/formula_functions.hpp"
 #include "engine/tree/read_fields.hpp"
 
 namespace hoodoo::tree {
@@ -53,8 +55,9 @@ bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z')
 /// Recursive descent; a problem is thrown, within this file alone.
 class Parser {
  public:
-  Parser(std::string_view text, const Parameters& parameters)
-      : text_(text), parameters_(parameters) {}
+  Parser(std::string_view text, const Parameters& parameters,
+         std::span<const std::string> variables)
+      : text_(text), parameters_(parameters), variables_(variables) {}
 
   Program program() {
     if (text_.size() > longest_formula) {
@@ -157,8 +160,11 @@ class Parser {
     if (take('(')) return call(word, start);
     const auto coordinate = find(coordinates, word);
     const auto parameter = parameters_.find(std::string(word));
+    const auto variable = std::ranges::find(variables_, word);
     if (coordinate != coordinates.end()) {
       put(coordinate->op, 0);
+    } else if (variable != variables_.end()) {
+      put(Op::variable, 0, static_cast<double>(variable - variables_.begin()));
     } else if (word == "pi") {
       put(Op::number, 0, pi);
     } else if (parameter != parameters_.end()) {
@@ -173,6 +179,7 @@ class Parser {
   std::string unknown(std::string_view word) const {
     std::vector<std::string_view> known{"x", "y", "z", "pi"};
     for (const auto& [name, value] : parameters_) known.push_back(name);
+    known.insert(known.end(), variables_.begin(), variables_.end());
     for (const Function& function : functions) known.push_back(function.name);
     const std::string_view near = nearest(word, known);
     return fmt::format("\"{}\" is neither a coordinate, a parameter nor a function{}",
@@ -217,6 +224,7 @@ class Parser {
 
   std::string_view text_;
   const Parameters& parameters_;
+  std::span<const std::string> variables_;
   Program program_;
   std::size_t at_ = 0, height_ = 0;
   int nested_ = 0;
@@ -225,12 +233,44 @@ class Parser {
 }  // namespace
 
 std::variant<Program, FormulaError> parse_formula(std::string_view text,
-                                                  const Parameters& parameters) {
+                                                  const Parameters& parameters,
+                                                  std::span<const std::string> variables) {
   try {
-    return Parser(text, parameters).program();
+    return Parser(text, parameters, variables).program();
   } catch (FormulaError& error) {
     return std::move(error);
   }
+}
+
+double evaluate(const Program& program, const Vec3& at, std::span<const double> variables,
+                std::uint32_t seed) {
+  using formula::held;
+  std::vector<double> stack;
+  stack.reserve(program.depth);
+  for (const Instruction& step : program.code) {
+    const std::size_t taken = formula::arguments(step.op);
+    double made = 0;
+    const double* last = stack.data() + stack.size();
+    if (step.op == Op::number) {
+      made = step.value;
+    } else if (step.op == Op::variable) {
+      made = held(variables[static_cast<std::size_t>(step.value)]);
+    } else if (taken == 0) {
+      made = at[static_cast<int>(step.op) - static_cast<int>(Op::x)];
+    } else if (step.op == Op::noise || step.op == Op::fbm) {
+      const int octaves = step.op == Op::fbm ? static_cast<int>(step.value) : 1;
+      made = turbulence_at({1, octaves, seed}, {last[-3], last[-2], last[-1]});
+    } else if (taken == 1) {
+      made = formula::result_of(step.op, last[-1]);
+    } else if (taken == 2) {
+      made = formula::result_of(step.op, last[-2], last[-1]);
+    } else {
+      made = formula::result_of(step.op, last[-3], last[-2], last[-1]);
+    }
+    stack.resize(stack.size() - std::min<std::size_t>(taken, 3));
+    stack.push_back(held(made));
+  }
+  return stack.back();
 }
 
 bool is_parameter_name(std::string_view name) {

@@ -1,10 +1,14 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
+
+#include "engine/base/vector.hpp"
 
 /// The small language of the expression node.
 ///
@@ -21,6 +25,7 @@ enum class Op {
   x,       // push a coordinate
   y,
   z,
+  variable,  // pushes the variable of number `value`
   negate,
   add,
   subtract,
@@ -45,7 +50,7 @@ enum class Op {
 
 struct Instruction {
   Op op;
-  double value = 0;  // of a number; the octaves of fbm
+  double value = 0;  // of a number; the octaves of fbm; which variable
 };
 
 /// A formula in the order of its evaluation: each instruction replaces its arguments on a stack.
@@ -66,8 +71,14 @@ inline constexpr std::size_t longest_formula = 4000;  // characters
 inline constexpr int deepest_formula = 48;            // nested brackets, signs and calls
 
 /// Reads a formula. A text that is too long or nested too deeply is refused before it is read.
+/// `variables` are names whose values each evaluation gives, in their order.
 std::variant<Program, FormulaError> parse_formula(std::string_view text,
-                                                  const Parameters& parameters);
+                                                  const Parameters& parameters,
+                                                  std::span<const std::string> variables = {});
+
+/// The value at one place [m], in [-1e30, 1e30]; `variables` as many as were named.
+double evaluate(const Program& program, const Vec3& at, std::span<const double> variables,
+                std::uint32_t seed = 0);
 
 /// Whether a parameter may have this name: letters, digits and _, a letter first, at most 32, and
 /// no other meaning.

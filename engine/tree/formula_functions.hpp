@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/tree/formula.hpp"
 #include "engine/tree/functions.hpp"
 
 /// The functions of formulas, for double, Dual<double> and Interval; each defined everywhere.
@@ -117,6 +118,67 @@ T smoothstep(const T& a, const T& b, const T& v) {
 inline Interval smoothstep(const Interval& a, const Interval& b, const Interval& v) {
   const Interval u = clamped(divide(v - a, b - a), 0.0, 1.0);
   return {u.low * u.low * (3 - 2 * u.low), u.high * u.high * (3 - 2 * u.high)};
+}
+
+/// What an instruction makes of its arguments, the last one first.
+template <class T>
+T result_of(Op op, const T& a) {
+  switch (op) {
+    case Op::negate:
+      return T() - a;
+    case Op::abs:
+      return magnitude(a);
+    case Op::sin:
+      return sine(a);
+    case Op::cos:
+      return cosine(a);
+    case Op::sqrt:
+      return root(a);
+    case Op::exp:
+      return exponential(a);
+    case Op::log:
+      return logarithm(a);
+    default:
+      return whole(a);
+  }
+}
+template <class T>
+T result_of(Op op, const T& a, const T& b) {
+  switch (op) {
+    case Op::add:
+      return a + b;
+    case Op::subtract:
+      return a - b;
+    case Op::multiply:
+      return a * b;
+    case Op::divide:
+      return divide(a, b);
+    case Op::pow:
+      return pow(a, b);
+    case Op::min:
+      return smaller(a, b);
+    default:
+      return larger(a, b);
+  }
+}
+template <class T>
+T result_of(Op op, const T& a, const T& b, const T& c) {
+  switch (op) {
+    case Op::clamp:
+      return smaller(larger(a, b), c);
+    case Op::mix:
+      return a + (b - a) * c;
+    default:
+      return smoothstep(a, b, c);
+  }
+}
+
+/// How many values an instruction takes from the stack, 4 of noise, which has three.
+inline std::size_t arguments(Op op) {
+  if (op <= Op::variable) return 0;
+  if (op >= Op::add && op <= Op::max) return 2;
+  if (op >= Op::clamp && op <= Op::smoothstep) return 3;
+  return op >= Op::noise ? 4 : 1;
 }
 
 }  // namespace hoodoo::tree::formula

@@ -73,6 +73,17 @@ Ground prune(const Ground& ground, const Box& reach, double thinnest) {
   return pruned;
 }
 
+Ground without_balls(Ground ground, std::vector<Digest>& lists) {
+  const auto empty = [&](Balls& balls) {
+    lists.push_back(balls.digest());
+    balls = Balls();
+  };
+  for (Step& step : ground.steps) for_each_balls(step.tree, empty);
+  if (ground.geology) for_each_balls(*ground.geology, empty);
+  for (Seam& seam : ground.seams) for_each_balls(seam.tree, empty);
+  return ground;
+}
+
 Box influence(const Ground& ground) {
   Box all;
   for (const Step& step : ground.steps) all.add(influence(step));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/box.hpp"
+#include "engine/base/hash.hpp"
 #include "engine/tree/node.hpp"
 
 namespace hoodoo::tree {
@@ -72,6 +73,9 @@ Ground prune(const Ground& ground, const Box& reach, double thinnest);
 
 /// Box outside which the steps change nothing.
 Box influence(const Ground& ground);
+
+/// The same but for lists of balls, which are emptied; their digests follow each other in `lists`.
+Ground without_balls(Ground ground, std::vector<Digest>& lists);
 
 /// Canonical form: every value present, keys sorted. Equal grounds give equal text.
 nlohmann::json to_json(const Ground& ground);

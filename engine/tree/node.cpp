@@ -101,12 +101,13 @@ struct Pruner {
   Node operator()(const N& node) const {
     const double least = thinnest / 2;
     std::vector<Ball> kept;
-    for (const auto& found : balls_near(node, reach, corner_of(reach))) {
+    const N held = held_near(node, reach, corner_of(reach), least);
+    for (const auto& found : balls_near(held, reach, corner_of(reach))) {
       if (found.ball->radius >= least) kept.push_back(found.ball->ball());
     }
     if (kept.empty()) return nothing();
-    N pruned = node;
-    if (kept.size() < node.balls.size()) pruned.balls = Balls(kept);
+    N pruned = held;
+    if (kept.size() < held.balls.size()) pruned.balls = Balls(kept);
     return {std::move(pruned), {}};
   }
   template <Pattern N>
@@ -125,6 +126,15 @@ void for_each_point(Node& tree, const std::function<void(Point&)>& change) {
       },
       tree.value);
   for (Node& child : tree.children) for_each_point(child, change);
+}
+
+void for_each_balls(Node& tree, const std::function<void(Balls&)>& change) {
+  std::visit(
+      [&](auto& node) {
+        if constexpr (requires { node.balls.size(); }) change(node.balls);
+      },
+      tree.value);
+  for (Node& child : tree.children) for_each_balls(child, change);
 }
 
 Node nothing() { return {Blend{}, {}}; }
@@ -175,6 +185,22 @@ std::size_t count(const Node& tree) {
                           tree.value);
   for (const Node& child : tree.children) n += count(child);
   return n;
+}
+
+std::size_t memory(const Node& tree) {
+  constexpr std::size_t bytes_per_ball = 44;
+  std::size_t bytes = sizeof(Node) + std::visit(
+                                         [](const auto& node) -> std::size_t {
+                                           if constexpr (requires { node.balls.in_file(); }) {
+                                             if (!node.balls.in_file()) {
+                                               return bytes_per_ball * node.balls.size();
+                                             }
+                                           }
+                                           return 0;
+                                         },
+                                         tree.value);
+  for (const Node& child : tree.children) bytes += memory(child);
+  return bytes;
 }
 
 }  // namespace hoodoo::tree

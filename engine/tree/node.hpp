@@ -20,6 +20,9 @@ struct Node {
 /// ones).
 void for_each_point(Node& tree, const std::function<void(Point&)>& change);
 
+/// Calls `change` for every list of balls of the tree, in a fixed order.
+void for_each_balls(Node& tree, const std::function<void(Balls&)>& change);
+
 /// What is known of the whole tree: where it is not 0, its range, its Lipschitz bound. Points are
 /// fixed.
 Support support(const Node& tree);
@@ -31,5 +34,7 @@ Node prune(const Node& tree, const Box& reach, double thinnest);
 
 /// How many nodes the tree has; a list of balls counts as so many nodes more.
 std::size_t count(const Node& tree);
+/// Bytes it takes, voxels and balls in files apart.
+std::size_t memory(const Node& tree);
 
 }  // namespace hoodoo::tree

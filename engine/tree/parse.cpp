@@ -139,6 +139,7 @@ struct Reader {
     }
     if (problems.size() == before) {
       add_voxels(node, where);
+      check_balls(node, where);
       warn(node, where);
     }
     Node made{std::move(node), {}};
@@ -185,6 +186,17 @@ struct Reader {
       node.voxels = *std::move(voxels);
       node.file = "sha256:" + node.voxels.digest().hex();
       node.grid.clear();
+    }
+  }
+
+  template <class N>
+  void check_balls(const N& node, const std::string& where) const {
+    if constexpr (Swarm<N>) {
+      if (node.file.empty() || !context.check_balls) return;
+      const auto least = context.check_balls(node.file, where);
+      if constexpr (requires { node.check_least(1.0, where, problems); }) {
+        if (least) node.check_least(*least, where, problems);
+      }
     }
   }
 

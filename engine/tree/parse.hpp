@@ -30,6 +30,11 @@ struct Context {
                                       const std::string& where)>
       read_voxels;
 
+  /// Checks the file of balls of the node at `where`, reports its problems by itself and gives the
+  /// least radius [m] in it. Where there is no such function, files are not looked at.
+  std::function<std::optional<double>(const std::string& file, const std::string& where)>
+      check_balls;
+
   /// A definition as it was read the first time; none where that failed.
   struct Instance {
     std::optional<Node> tree;

@@ -28,7 +28,8 @@ Reach of_balls(const N& node, const Box& column) {
   const Vec3 middle = (column.min + column.max) * 0.5;
   const double margin = node.margin() * (1 + 5e-5) + 4e-6 * farthest_side(column, middle);
   const double stretch = node.stretch() * (1 + 5e-5);
-  for (const auto& found : node.balls.near(column, stretch, margin)) {
+  const Balls held = node.balls.part(column, stretch, margin);
+  for (const auto& found : held.near(column, stretch, margin)) {
     const double far = found.ball->radius * stretch + margin;
     join(reach, {found.ball->z - far, found.ball->z + far});
   }

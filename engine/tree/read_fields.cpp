@@ -112,10 +112,6 @@ double doubled_area(const Polygon& corners) {
 }
 
 /// Of x, y, z, radius, energy.
-constexpr std::array<Range, 5> ball_ranges{within(-farthest, farthest), within(-farthest, farthest),
-                                           within(-farthest, farthest), above(0, longest),
-                                           within(-1000, 1000)};
-
 /// Edits (insertions, deletions, replacements) that turn one word into the other.
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);

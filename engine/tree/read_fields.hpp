@@ -1,6 +1,7 @@
 #pragma once
 #include <fmt/format.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -41,6 +42,10 @@ std::optional<std::vector<Point>> read_points(const nlohmann::json& json, const 
                                               Problems& problems);
 std::optional<Polygon> read_outline(const nlohmann::json& json, const std::string& where,
                                     std::size_t least, std::size_t most, Problems& problems);
+/// x, y, z [m], radius [m] and energy [1] of a ball.
+inline constexpr std::array<Range, 5> ball_ranges{
+    within(-farthest, farthest), within(-farthest, farthest), within(-farthest, farthest),
+    above(0, longest), within(-1000, 1000)};
 std::optional<Balls> read_balls(const nlohmann::json& json, const std::string& where,
                                 std::size_t least, std::size_t most, Problems& problems);
 
@@ -149,9 +154,11 @@ void read(const Position<T>& f, const nlohmann::json& o, const std::string& w, T
 }
 template <class T>
 void read(const Positions<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
-  read_one(
-      o, w, f.key, t.*f.member, std::optional<std::vector<Point>>(), p,
-      [&](const auto& json, const auto& at) { return read_points(json, at, f.least, f.most, p); });
+  std::optional<std::vector<Point>> none;
+  if (f.least == 0) none.emplace();
+  read_one(o, w, f.key, t.*f.member, none, p, [&](const auto& json, const auto& at) {
+    return read_points(json, at, f.least, f.most, p);
+  });
 }
 template <class T>
 void read(const Outline<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
@@ -162,8 +169,13 @@ void read(const Outline<T>& f, const nlohmann::json& o, const std::string& w, T&
 template <class T>
 void read(const BallList<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
   read_one(
-      o, w, f.key, t.*f.member, std::optional<Balls>(), p,
-      [&](const auto& json, const auto& at) { return read_balls(json, at, f.least, f.most, p); });
+      o, w, f.key, t.*f.member, std::optional<Balls>(Balls()), p,
+      [&](const auto& json, const auto& at) { return read_balls(json, at, f.fewest, f.most, p); });
+}
+template <class T>
+void read(const FileName<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
+  read_one(o, w, f.key, t.*f.member, std::optional<std::string>(""), p,
+           [&](const auto& json, const auto& at) { return read_text(json, at, p); });
 }
 template <class T>
 void read(const Vector<T>& f, const nlohmann::json& o, const std::string& w, T& t, Problems& p) {
@@ -310,7 +322,11 @@ nlohmann::json schema(const Outline<T>& f) {
 }
 template <class T>
 nlohmann::json schema(const BallList<T>& f) {
-  return balls_schema(f.least, f.most);
+  return balls_schema(f.fewest, f.most);
+}
+template <class T>
+nlohmann::json schema(const FileName<T>&) {
+  return {{"type", "string"}};
 }
 template <class T>
 nlohmann::json schema(const Vector<T>& f) {
@@ -343,13 +359,15 @@ nlohmann::json schema(const Numbers<T>& f) {
           {"maxProperties", f.most}};
 }
 
-/// A field without a fallback must be there.
+/// A field without a fallback must be there, but for lists of points that may be empty.
 template <class Field>
 constexpr bool is_required(const Field& f) {
   if constexpr (requires { f.fallback.has_value(); }) {
     return !f.fallback.has_value();
+  } else if constexpr (requires { f.least; }) {
+    return f.least > 0;
   } else {
-    return requires { f.least; };
+    return false;
   }
 }
 

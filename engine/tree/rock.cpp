@@ -40,6 +40,11 @@ void RockField::materials(const Points& at, std::span<int> out) const {
   bind_seams(at, out);
 }
 
+std::optional<int> RockField::material() const {
+  if (!seams_.empty() || rho_.kernel) return std::nullopt;
+  return material_of(ground_->geology ? 0 : 0.5);
+}
+
 /// The first seam that holds a point is bound last.
 void RockField::bind_seams(const Points& at, std::span<int> out) const {
   Row tree;

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +18,8 @@ class RockField {
   void resistances(const Points& at, std::span<float> out) const;
   /// By stratum, else by resistance. At most batch_size points.
   void materials(const Points& at, std::span<int> out) const;
+  /// That of every point, where one is known to be.
+  std::optional<int> material() const;
   void explain(std::vector<std::string>& lines) const;
 
  private:

@@ -52,6 +52,7 @@ json node_definition(Family family) {
   schema["additionalProperties"] = false;
   schema["properties"]["type"] = {{"const", std::string(N::type)}};
   schema["required"].push_back("type");
+  if constexpr (Swarm<N>) schema["anyOf"] = each_required({"balls", "file"});
   for (const Slot& slot : std::span<const Slot>(N::slots)) {
     const json child = any_of(slot.family == Family::any ? family : slot.family);
     json one = slot.list ? list_of(child, slot) : child;

@@ -34,8 +34,15 @@ void Thin::check(const std::string& where, std::vector<Problem>& problems) const
 }
 
 void PointSet::check(const std::string& where, std::vector<Problem>& problems) const {
+  check_source(*this, where, problems);
   double least = Box::infinity;
-  for (const Balls::Stored& b : balls.stored()) least = std::min(least, reach(b.radius));
+  balls.for_each([&](const Balls::Stored& b) { least = std::min(least, b.radius); });
+  check_least(least, where, problems);
+}
+
+void PointSet::check_least(double least_radius, const std::string& where,
+                           std::vector<Problem>& problems) const {
+  const double least = reach(least_radius);
   if (turbulence.amplitude >= least) {
     problems.push_back({where + "/turbulence/amplitude",
                         fmt::format("must be below the least radius / 0.4542 = {:.6g} m, got {}",

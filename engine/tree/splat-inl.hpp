@@ -8,6 +8,8 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
+
 #include "engine/tree/splat.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -63,6 +65,23 @@ HWY_INLINE Floats Closeness(Floats square, const Lanes& b, Floats bump) {
 HWY_INLINE Floats Term(Floats q, const Lanes& b) {
   return hn::Mul(hn::Mul(q, q), hn::Mul(q, b.energy));
 }
+
+/// Smallest and largest of whole vectors of numbers.
+struct Extent {
+  float low, high;
+  HWY_INLINE Extent(const float* v, std::size_t n) {
+    const Tag d;
+    Floats least = hn::Load(d, v), most = least;
+    for (std::size_t i = Width(); i < n; i += Width()) {
+      least = hn::Min(least, hn::Load(d, v + i));
+      most = hn::Max(most, hn::Load(d, v + i));
+    }
+    low = hn::GetLane(hn::MinOfLanes(d, least));
+    high = hn::GetLane(hn::MaxOfLanes(d, most));
+  }
+  /// How far `at` lies from it.
+  HWY_INLINE float gap(float at) const { return std::max({0.0F, low - at, at - high}); }
+};
 
 /// Squares of the distances of sixteen coordinates from one.
 HWY_INLINE void Squares(const float* at, Floats centre, float* squares) {

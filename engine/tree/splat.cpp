@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/tree/splat.cpp"
@@ -201,43 +202,85 @@ void RoughCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cu
       });
 }
 
-/// Smallest and largest of whole vectors of numbers.
-struct Extent {
-  float low, high;
-  HWY_INLINE Extent(const float* v, std::size_t n) {
-    const Tag d;
-    Floats least = hn::Load(d, v), most = least;
-    for (std::size_t i = Width(); i < n; i += Width()) {
-      least = hn::Min(least, hn::Load(d, v + i));
-      most = hn::Max(most, hn::Load(d, v + i));
-    }
-    low = hn::GetLane(hn::MinOfLanes(d, least));
-    high = hn::GetLane(hn::MaxOfLanes(d, most));
-  }
-  /// How far `at` lies from it.
-  HWY_INLINE float gap(float at) const { return std::max({0.0F, low - at, at - high}); }
-};
-
-template <bool thin, bool gradient>
-HWY_INLINE void AddSmooth(Batch& p, const Lanes& b) {
+/// Lists those of balls `first` to `last` whose field can differ from 0 at one of the sixteen
+/// points from i on.
+template <bool thin>
+HWY_INLINE std::size_t FindNear(const SplatBalls& balls, std::size_t first, std::size_t last,
+                                const SplatRule& rule, const Batch& p, std::size_t i,
+                                std::uint32_t* near) {
   const Tag d;
-  const Floats steepest = hn::Mul(hn::Mul(All(-6.0F), b.energy), b.per_square);
-  for (std::size_t i = 0; i < p.n; i += Width()) {
-    const Floats dx = hn::Sub(hn::Load(d, p.x + i), b.x), dy = hn::Sub(hn::Load(d, p.y + i), b.y),
-                 dz = hn::Sub(hn::Load(d, p.z + i), b.z);
+  const WordTag dw;
+  const Extent x(p.x + i, Cube::side), y(p.y + i, Cube::side), z(p.z + i, Cube::side);
+  const auto square = [&](const Extent& e, Floats at) HWY_ATTR {
+    const Floats below = hn::Sub(All(e.low), at), above = hn::Sub(at, All(e.high));
+    const Floats gap = NotBelowZero(hn::Max(below, above));
+    return hn::Mul(gap, gap);
+  };
+  Lanes b(balls[0], rule);
+  Words index = hn::Add(hn::Iota(dw, 0U), hn::Set(dw, static_cast<std::uint32_t>(first)));
+  const Words step = hn::Set(dw, static_cast<std::uint32_t>(Width()));
+  std::size_t n = 0;
+  for (std::size_t k = first; k < last; k += Width(), index = hn::Add(index, step)) {
+    b.radius = hn::LoadU(d, balls.radius.data() + k);
+    b.per_square = hn::LoadU(d, balls.per_square.data() + k);
+    const Floats r2 = hn::Add(hn::Add(square(x, hn::LoadU(d, balls.x.data() + k)),
+                                      square(y, hn::LoadU(d, balls.y.data() + k))),
+                              square(z, hn::LoadU(d, balls.z.data() + k)));
+    const auto live = hn::Gt(Closeness<thin, false>(r2, b, b.amplitude), hn::Zero(d));
+    hn::StoreU(hn::Compress(index, hn::RebindMask(dw, live)), dw, near + n);
+    n += hn::CountTrue(d, live);
+  }
+  return n;
+}
+
+/// Adds the fields of n balls to the vector of points at i.
+template <bool thin, bool gradient>
+HWY_INLINE void AddSmooth(const SplatBalls& balls, const SplatRule& rule, const std::uint32_t* near,
+                          std::size_t n, Batch& p, std::size_t i) {
+  const Tag d;
+  const Floats x = hn::Load(d, p.x + i), y = hn::Load(d, p.y + i), z = hn::Load(d, p.z + i);
+  Floats f = hn::Load(d, p.f + i), gx = hn::Load(d, p.gx + i), gy = hn::Load(d, p.gy + i),
+         gz = hn::Load(d, p.gz + i);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Lanes b(balls[near[k]], rule);
+    const Floats dx = hn::Sub(x, b.x), dy = hn::Sub(y, b.y), dz = hn::Sub(z, b.z);
     const Floats r2 = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
     const Floats q = Closeness<thin, false>(r2, b, b.amplitude);
-    hn::Store(hn::Add(hn::Load(d, p.f + i), Term(q, b)), d, p.f + i);
+    f = hn::Add(f, Term(q, b));
     if constexpr (gradient) {
+      const Floats steepest = hn::Mul(hn::Mul(All(-6.0F), b.energy), b.per_square);
       Floats steep = hn::Mul(steepest, hn::Mul(q, q));
       if constexpr (!thin) {
         const Floats r = hn::Sqrt(r2);
         const Floats u = NotBelowZero(hn::Add(hn::Sub(r, b.radius), b.inset));
         steep = hn::Mul(steep, hn::Div(u, hn::Max(All(1e-12F), r)));
       }
-      hn::Store(hn::Add(hn::Load(d, p.gx + i), hn::Mul(steep, dx)), d, p.gx + i);
-      hn::Store(hn::Add(hn::Load(d, p.gy + i), hn::Mul(steep, dy)), d, p.gy + i);
-      hn::Store(hn::Add(hn::Load(d, p.gz + i), hn::Mul(steep, dz)), d, p.gz + i);
+      gx = hn::Add(gx, hn::Mul(steep, dx));
+      gy = hn::Add(gy, hn::Mul(steep, dy));
+      gz = hn::Add(gz, hn::Mul(steep, dz));
+    }
+  }
+  hn::Store(f, d, p.f + i);
+  if constexpr (gradient) {
+    hn::Store(gx, d, p.gx + i);
+    hn::Store(gy, d, p.gy + i);
+    hn::Store(gz, d, p.gz + i);
+  }
+}
+
+/// Sixteen points after the other, each with the balls near them.
+template <bool thin, bool gradient>
+HWY_INLINE void SumSmooth(const SplatBalls& balls, const SplatRule& rule, Batch& p) {
+  constexpr std::size_t most = 512;
+  HWY_ALIGN std::uint32_t near[most + SplatBalls::wide];
+  const std::size_t count = balls.list().size();
+  for (std::size_t first = 0; first < count; first += most) {
+    const std::size_t last = std::min(count, first + most);
+    for (std::size_t i = 0; i < p.n; i += Cube::side) {
+      const std::size_t n = FindNear<thin>(balls, first, last, rule, p, i, near);
+      for (std::size_t k = i; k < i + Cube::side; k += Width()) {
+        AddSmooth<thin, gradient>(balls, rule, near, n, p, k);
+      }
     }
   }
 }
@@ -260,31 +303,24 @@ void AddRoughBatch(Batch& p, Candidates& c, const SplatRule& rule, const Lanes& 
   }
 }
 
-/// Calls add(lanes) for the balls whose field can differ from 0 somewhere in the batch.
-template <bool thin, bool rough, class Add>
-HWY_INLINE void ForBalls(std::span<const SplatBall> balls, const SplatRule& rule, const Batch& p,
-                         Add add) {
+/// The balls whose field can differ from 0 somewhere in the batch.
+template <bool thin, bool gradient>
+HWY_INLINE void SumRough(const SplatBalls& balls, const SplatRule& rule, Batch& p) {
   const Tag d;
   const Extent x(p.x, p.n), y(p.y, p.n), z(p.z, p.n);
-  for (const SplatBall& ball : balls) {
+  Candidates c;
+  for (const SplatBall& ball : balls.list()) {
     const float gx = x.gap(ball.x), gy = y.gap(ball.y), gz = z.gap(ball.z);
     const Lanes b(ball, rule);
-    const Floats q = Closeness<thin, rough>(All(gx * gx + gy * gy + gz * gz), b, b.amplitude);
-    if (!hn::AllFalse(d, hn::Gt(q, hn::Zero(d)))) add(b);
+    const Floats q = Closeness<thin, true>(All(gx * gx + gy * gy + gz * gz), b, b.amplitude);
+    if (!hn::AllFalse(d, hn::Gt(q, hn::Zero(d)))) AddRoughBatch<thin, gradient>(p, c, rule, b);
   }
 }
 
 template <bool thin, bool gradient>
-void SumBatch(std::span<const SplatBall> balls, const SplatRule& rule, Batch& p) {
-  if (rule.amplitude > 0) {
-    Candidates c;
-    ForBalls<thin, true>(balls, rule, p, [&](const Lanes& b) HWY_ATTR {
-      AddRoughBatch<thin, gradient>(p, c, rule, b);
-    });
-  } else {
-    ForBalls<thin, false>(balls, rule, p,
-                          [&](const Lanes& b) HWY_ATTR { AddSmooth<thin, gradient>(p, b); });
-  }
+void SumBatch(const SplatBalls& balls, const SplatRule& rule, Batch& p) {
+  rule.amplitude > 0 ? SumRough<thin, gradient>(balls, rule, p)
+                     : SumSmooth<thin, gradient>(balls, rule, p);
 }
 
 void SplatCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at,
@@ -297,10 +333,10 @@ void SplatCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cu
     rule.thin ? SmoothCube<true>(balls, rule, at, out) : SmoothCube<false>(balls, rule, at, out);
   }
 }
-void SplatValues(std::span<const SplatBall> balls, const SplatRule& rule, Batch& p) {
+void SplatValues(const SplatBalls& balls, const SplatRule& rule, Batch& p) {
   rule.thin ? SumBatch<true, false>(balls, rule, p) : SumBatch<false, false>(balls, rule, p);
 }
-void SplatGradients(std::span<const SplatBall> balls, const SplatRule& rule, Batch& p) {
+void SplatGradients(const SplatBalls& balls, const SplatRule& rule, Batch& p) {
   rule.thin ? SumBatch<true, true>(balls, rule, p) : SumBatch<false, true>(balls, rule, p);
 }
 
@@ -314,19 +350,32 @@ HWY_EXPORT(SplatCube);
 HWY_EXPORT(SplatValues);
 HWY_EXPORT(SplatGradients);
 
-void splat(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at,
-           CubeValues out) {
-  HWY_DYNAMIC_DISPATCH(SplatCube)(balls, rule, at, out.data());
+SplatBalls::SplatBalls(std::vector<SplatBall> list) : list_(std::move(list)) {
+  constexpr float nowhere = 1e15F;
+  const std::size_t n = (list_.size() + wide - 1) / wide * wide;
+  for (auto* all : {&x, &y, &z}) all->assign(n, nowhere);
+  radius.assign(n, 0);
+  per_square.assign(n, 1);
+  for (std::size_t i = 0; i < list_.size(); ++i) {
+    x[i] = list_[i].x;
+    y[i] = list_[i].y;
+    z[i] = list_[i].z;
+    radius[i] = list_[i].radius;
+    per_square[i] = list_[i].per_square;
+  }
 }
-void splat(std::span<const SplatBall> balls, const SplatRule& rule, const Points& at,
-           std::span<float> out) {
+
+void splat(const SplatBalls& balls, const SplatRule& rule, const Cube& at, CubeValues out) {
+  HWY_DYNAMIC_DISPATCH(SplatCube)(balls.list(), rule, at, out.data());
+}
+void splat(const SplatBalls& balls, const SplatRule& rule, const Points& at, std::span<float> out) {
   if (at.size() == 0) return;
   Batch batch(at);
   HWY_DYNAMIC_DISPATCH(SplatValues)(balls, rule, batch);
   batch.put(out);
 }
-void splat(std::span<const SplatBall> balls, const SplatRule& rule, const Points& at,
-           std::span<float> out, const Gradients& g) {
+void splat(const SplatBalls& balls, const SplatRule& rule, const Points& at, std::span<float> out,
+           const Gradients& g) {
   if (at.size() == 0) return;
   Batch batch(at);
   HWY_DYNAMIC_DISPATCH(SplatGradients)(balls, rule, batch);

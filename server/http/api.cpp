@@ -6,37 +6,23 @@
 #include <optional>
 #include <utility>
 
-#include "engine/base/json.hpp"
+#include "engine/base/hash.hpp"
 #include "server/http/documents.hpp"
 #include "server/http/files.hpp"
+#include "server/http/openapi.hpp"
 #include "server/http/problem.hpp"
+#include "server/http/processes.hpp"
 
 namespace hoodoo::http {
 namespace {
 
 using nlohmann::json;
 
-constexpr const char* problem_types =
-    "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/";
-
-Response document(const json& value, int status = 200) {
-  Response response;
-  response.status = status;
-  response.type = "application/json";
-  response.headers = {{"Cache-Control", "no-store"}};
-  response.body = value.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
-  return response;
-}
-
 Response redirect(int status, const std::string& target) {
   Response response;
   response.status = status;
   response.headers = {{"Location", target}};
   return response;
-}
-
-Response no_job() {
-  return problem(404, "There is no such job.", {}, std::string(problem_types) + "no-such-job");
 }
 
 /// The parameters when `path` fits `pattern`.
@@ -72,36 +58,36 @@ bool is_open_to_pages(std::string_view path) {
   return path.starts_with("/jobs/") || path.starts_with("/tilesets/");
 }
 
-json scene_of(const Request& request) {
-  JsonLimits limits;
-  limits.bytes = most_body;
-  limits.values = 1'000'000;
-  auto body = parse_json(request.body, "", limits);
-  const auto refuse = [](const char* pointer, const char* what) {
-    throw Error(Fault::bad_input, pointer, what);
-  };
-  if (!body.is_object()) refuse("", "must be an object");
-  if (body.contains("subscriber")) refuse("/subscriber", "callbacks are not offered");
-  if (body.value("response", json("document")) != "document") {
-    refuse("/response", "must be \"document\": results are given by reference");
-  }
-  if (!body.contains("inputs")) refuse("/inputs", "is missing");
-  if (!body["inputs"].is_object()) refuse("/inputs", "must be an object");
-  for (const auto& [key, value] : body["inputs"].items()) {
-    if (key != "scene") refuse("/inputs", "takes \"scene\" and nothing else");
-  }
-  if (!body["inputs"].contains("scene")) refuse("/inputs/scene", "is missing");
-  if (!body["inputs"]["scene"].is_object()) refuse("/inputs/scene", "must be an object");
-  return std::move(body["inputs"]["scene"]);
+/// A document that has not changed need not be sent again: RFC 9110, 13.1.2.
+void tag(const Request& request, Response& response) {
+  const bool reading = request.method == "GET" || request.method == "HEAD";
+  if (!reading || response.status != 200 || response.body.empty()) return;
+  if (!response.header("ETag").empty()) return;
+  const auto etag = "\"" + sha256(response.body).hex().substr(0, 32) + "\"";
+  response.headers.emplace_back("ETag", etag);
+  if (!lists(request.header("if-none-match"), etag)) return;
+  response.status = 304;
+  response.body.clear();
+  response.type.clear();
 }
 
 }  // namespace
+
+Response document(const json& value, int status) {
+  Response response;
+  response.status = status;
+  response.type = "application/json";
+  response.headers = {{"Cache-Control", "no-cache"}};
+  response.body = value.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+  return response;
+}
 
 Api::Api(job::Queue& queue, ApiSettings settings) : queue_(queue), settings_(std::move(settings)) {}
 
 const std::vector<Api::Route>& Api::routes() {
   static const std::vector<Route> all{{"GET", "", &Api::landing},
                                       {"GET", "conformance", &Api::conforms},
+                                      {"GET", "api", &Api::api_document},
                                       {"GET", "processes", &Api::processes},
                                       {"GET", "processes/*", &Api::process},
                                       {"POST", "processes/*/execution", &Api::execute},
@@ -110,6 +96,8 @@ const std::vector<Api::Route>& Api::routes() {
                                       {"DELETE", "jobs/*", &Api::dismiss},
                                       {"GET", "jobs/*/results", &Api::job_results},
                                       {"GET", "jobs/*/results/*", &Api::one_result},
+                                      {"GET", "jobs/*/events", &Api::events},
+                                      {"GET", "jobs/*/files/*", &Api::result_file},
                                       {"GET", "jobs/*/tiles/**", &Api::tile},
                                       {"GET", "tilesets", &Api::tilesets},
                                       {"GET", "tilesets/*/**", &Api::tileset_file},
@@ -124,20 +112,38 @@ Response Api::answer(const Request& request) {
   try {
     response = route(request);
   } catch (const Error& error) {
-    const auto seen = shown(error.fault, error.problems, settings_.hidden);
-    response = problem(status_of(error.fault), "The request could not be carried out.", seen);
-    if (status_of(error.fault) >= 500) fmt::print(stderr, "hoodoo: {}\n", error.what());
+    response = of_error(error);
   } catch (const std::exception& error) {
     fmt::print(stderr, "hoodoo: internal error: {}\n", error.what());
     response = problem(500, "internal error");
   }
+  if (response.later) {
+    response.later = [this, request, later = std::move(response.later)] {
+      auto ready = later();
+      if (ready) finish(request, *ready);
+      return ready;
+    };
+    return response;
+  }
+  finish(request, response);
+  return response;
+}
+
+Response Api::of_error(const Error& error) const {
+  const auto seen = shown(error.fault, error.problems, settings_.hidden);
+  if (status_of(error.fault) >= 500) fmt::print(stderr, "hoodoo: {}\n", error.what());
+  return problem(status_of(error.fault), "The request could not be carried out.", seen);
+}
+
+/// What every answer has.
+void Api::finish(const Request& request, Response& response) const {
+  tag(request, response);
   response.headers.emplace_back("X-Content-Type-Options", "nosniff");
   if (is_open_to_pages(request.path)) {
     response.headers.emplace_back("Access-Control-Allow-Origin", "*");
     response.headers.emplace_back("Access-Control-Expose-Headers",
                                   "ETag, Content-Range, Content-Length, Accept-Ranges");
   }
-  return response;
 }
 
 Response Api::route(const Request& request) {
@@ -168,7 +174,7 @@ Response Api::route(const Request& request) {
     if (is_open_to_pages(request.path)) {
       response.headers.emplace_back("Access-Control-Allow-Methods", "GET, HEAD");
       response.headers.emplace_back("Access-Control-Allow-Headers",
-                                    "Range, If-None-Match, If-Range");
+                                    "Range, If-None-Match, If-Range, Prefer, Last-Event-ID");
       response.headers.emplace_back("Access-Control-Max-Age", "86400");
     }
     return response;
@@ -188,87 +194,17 @@ Response Api::processes(const Request&, const Parameters&) {
 }
 
 Response Api::process(const Request&, const Parameters& parameters) {
-  if (parameters[0] != bake_process) {
+  if (!control_of(parameters[0])) {
     return problem(404, "There is no such process.", {},
                    std::string(problem_types) + "no-such-process");
   }
-  return document(process_description(settings_.base, settings_.scene_schema()));
+  return document(process_description(parameters[0], settings_.base, settings_.scene_schema()));
 }
 
-Response Api::execute(const Request& request, const Parameters& parameters) {
-  if (parameters[0] != bake_process) return process(request, parameters);
-  // A page of another origin can send this type only after a preflight, which is refused.
-  if (!request.header("content-type").starts_with("application/json")) {
-    return problem(415, "Send the job as application/json.");
-  }
-  json scene;
-  try {
-    scene = scene_of(request);
-  } catch (const Error& error) {
-    return problem(error.fault == Fault::limit ? 413 : 400,
-                   "The body must be {\"inputs\": {\"scene\": {...}}}.", error.problems);
-  }
-  std::optional<job::Job> job;
-  try {
-    job = queue_.submit(scene);
-  } catch (const Error& error) {
-    if (error.fault != Fault::bad_input) throw;
-    return problem(422, "The scene has problems.",
-                   shown(error.fault, error.problems, settings_.hidden));
-  }
-  if (!job) {
-    auto refusal = problem(429, "Too many jobs are waiting.");
-    refusal.headers.emplace_back("Retry-After", "60");
-    return refusal;
-  }
-  auto response = document(info(*job), 201);
-  response.headers.emplace_back("Location", settings_.base + "/jobs/" + job->id);
-  response.headers.emplace_back("Preference-Applied", "respond-async");
+Response Api::api_document(const Request&, const Parameters&) {
+  auto response = document(openapi(settings_.base));
+  response.type = "application/vnd.oai.openapi+json;version=3.0";
   return response;
-}
-
-Response Api::jobs(const Request&, const Parameters&) {
-  std::vector<json> all;
-  for (const auto& job : queue_.list()) all.push_back(info(job));
-  return document(job_list(all, settings_.base));
-}
-
-Response Api::status(const Request&, const Parameters& parameters) {
-  const auto job = queue_.find(parameters[0]);
-  return job ? document(info(*job)) : no_job();
-}
-
-Response Api::dismiss(const Request&, const Parameters& parameters) {
-  auto job = queue_.dismiss(parameters[0]);
-  if (!job) return no_job();
-  job->status = job::Status::dismissed;
-  return document(info(*job));
-}
-
-Response Api::job_results(const Request&, const Parameters& parameters) {
-  const auto job = queue_.find(parameters[0]);
-  if (!job) return no_job();
-  if (job->status != job::Status::successful) return unfinished(*job);
-  return document(results(*job, settings_.base));
-}
-
-Response Api::one_result(const Request&, const Parameters& parameters) {
-  const auto job = queue_.find(parameters[0]);
-  if (!job) return no_job();
-  const auto name = parameters[1];
-  if (name != "report" && name != "tileset" && name != "manifest") {
-    return problem(404, "There is no such result.");
-  }
-  if (job->status != job::Status::successful) return unfinished(*job);
-  if (name == "report") return document(report(*job));
-  const auto all = results(*job, settings_.base);
-  return redirect(303, all.at(std::string(name)).at("href").get<std::string>());
-}
-
-Response Api::tile(const Request& request, const Parameters& parameters) {
-  if (!queue_.find(parameters[0])) return no_job();
-  return serve_file({queue_.tileset(parameters[0]), {".json", ".glb", ".subtree"}}, parameters[1],
-                    request);
 }
 
 Response Api::tilesets(const Request&, const Parameters&) {
@@ -294,23 +230,6 @@ Response Api::viewer(const Request& request, const Parameters& parameters) {
                                 "frame-ancestors 'none'; base-uri 'none'; form-action 'none'");
   response.headers.emplace_back("Referrer-Policy", "no-referrer");
   return response;
-}
-
-json Api::info(const job::Job& job) const { return status_info(job, visible(job), settings_.base); }
-
-std::vector<Problem> Api::visible(const job::Job& job) const {
-  if (!job.fault) return {};
-  return shown(*job.fault, job.problems, settings_.hidden);
-}
-
-/// A failed job's results answer with the kind of its failure: OGC 18-062r2, 7.11.
-Response Api::unfinished(const job::Job& job) const {
-  if (job.status == job::Status::failed) {
-    return problem(status_of(job.fault.value_or(Fault::internal)), "The job failed.", visible(job));
-  }
-  if (job.status == job::Status::dismissed) return problem(409, "The job was cancelled.");
-  return problem(404, "The job has not finished.", {},
-                 std::string(problem_types) + "result-not-ready");
 }
 
 }  // namespace hoodoo::http

@@ -6,36 +6,45 @@
 #include <string_view>
 #include <vector>
 
+#include "server/http/execution.hpp"
 #include "server/http/message.hpp"
 #include "server/http/tilesets.hpp"
-#include "server/job/job.hpp"
+#include "server/job/queue.hpp"
 
 /// The routes of the service: a request in, a response out, no socket in sight.
 namespace hoodoo::http {
+
+/// Types of problems that OGC API - Processes 1.0 names.
+inline constexpr const char* problem_types =
+    "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/";
+
+/// A document of the service.
+Response document(const nlohmann::json& value, int status = 200);
 
 inline constexpr std::size_t most_body = 4u << 20;  // [bytes] of a request
 inline constexpr std::size_t most_path = 1024;      // [bytes]
 
 struct ApiSettings {
-  std::string base;                 // absolute address of the service, no slash at the end
-  std::vector<std::string> hosts;   // Host headers taken; empty: any
-  std::filesystem::path viewer;     // folder of the viewer's files
-  std::vector<std::string> hidden;  // folders whose names no client sees
-  Tilesets tilesets;                // finished ones
+  std::string base;                          // absolute address of the service, no slash at the end
+  std::vector<std::string> hosts;            // Host headers taken; empty: any
+  std::filesystem::path viewer;              // folder of the viewer's files
+  std::vector<std::string> hidden;           // folders whose names no client sees
+  std::vector<std::filesystem::path> roots;  // where inputs by reference lie
+  Tilesets tilesets;                         // finished ones
   std::function<nlohmann::json()> scene_schema;
 };
 
 /// Answers every request; never throws. May be called from many threads.
 ///
-///   GET    /  /conformance  /processes  /processes/bake-terrain  /healthz
-///   POST   /processes/bake-terrain/execution     {"inputs": {"scene": {...}}}
-///   GET    /jobs  /jobs/ID  /jobs/ID/results  /jobs/ID/results/{tileset,manifest,report}
-///   DELETE /jobs/ID
+///   GET    /  /conformance  /api  /healthz
+///   GET    /processes  /processes/ID                  POST  /processes/ID/execution
+///   GET    /jobs  /jobs/ID  /jobs/ID/results  /jobs/ID/results/OUTPUT  /jobs/ID/files/NAME
+///   GET    /jobs/ID/events                            DELETE  /jobs/ID
 ///   GET    /jobs/ID/tiles/...   /tilesets   /tilesets/NAME/...   /viewer/...
 ///
-/// A request that is no job in form is 400; a scene with problems is 422 with all of them, the
-/// pointers into the scene. Documents and tiles of a job, and
-/// finished tilesets, may be read by pages of other origins; lists, posting and deleting may not.
+/// A request that is no execution in form is 400; a scene with problems is 422 with all of them,
+/// the pointers into the scene. Documents and tiles of a job, and finished tilesets, may be read by
+/// pages of other origins; lists, posting and deleting may not. Documents have an ETag.
 class Api {
  public:
   Api(job::Queue& queue, ApiSettings settings);
@@ -51,8 +60,11 @@ class Api {
   };
   static const std::vector<Route>& routes();
   Response route(const Request& request);
+  Response of_error(const Error& error) const;
+  void finish(const Request& request, Response& response) const;
 
   Response landing(const Request&, const Parameters&);
+  Response api_document(const Request&, const Parameters&);
   Response conforms(const Request&, const Parameters&);
   Response processes(const Request&, const Parameters&);
   Response process(const Request&, const Parameters&);
@@ -62,6 +74,8 @@ class Api {
   Response dismiss(const Request&, const Parameters&);
   Response job_results(const Request&, const Parameters&);
   Response one_result(const Request&, const Parameters&);
+  Response events(const Request&, const Parameters&);
+  Response result_file(const Request&, const Parameters&);
   Response tile(const Request&, const Parameters&);
   Response tilesets(const Request&, const Parameters&);
   Response tileset_file(const Request&, const Parameters&);
@@ -69,6 +83,11 @@ class Api {
   Response viewer_folder(const Request&, const Parameters&);
   Response health(const Request&, const Parameters&);
 
+  Response submit(const job::Request& wanted);
+  Response answer_to(const job::Submitted& submitted) const;
+  Response validate(const job::Request& wanted, bool raw) const;
+  References references() const;
+  std::vector<std::string> result_files(const job::Job& job) const;
   nlohmann::json info(const job::Job& job) const;
   std::vector<Problem> visible(const job::Job& job) const;
   Response unfinished(const job::Job& job) const;

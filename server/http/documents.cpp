@@ -7,6 +7,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "server/http/files.hpp"
+#include "server/http/processes.hpp"
+#include "server/job/state.hpp"
+
 namespace hoodoo::http {
 namespace {
 
@@ -27,22 +31,6 @@ std::string text(job::Time time) {
                      milliseconds % 1000);
 }
 
-const char* text(job::Status status) {
-  switch (status) {
-    case job::Status::accepted:
-      return "accepted";
-    case job::Status::running:
-      return "running";
-    case job::Status::successful:
-      return "successful";
-    case job::Status::failed:
-      return "failed";
-    case job::Status::dismissed:
-      return "dismissed";
-  }
-  return "";
-}
-
 const char* text(bake::Progress::Phase phase) {
   switch (phase) {
     case bake::Progress::Phase::ingest:
@@ -60,7 +48,7 @@ const char* text(bake::Progress::Phase phase) {
 /// Reading the elevations counts as a tenth of the work, the tiles as nearly all the rest.
 int percent(const job::Job& job) {
   if (job.status == job::Status::successful) return 100;
-  const auto& progress = job.progress;
+  const auto& progress = job.outcome.progress;
   const double tiles = progress.total == 0 ? 0
                                            : static_cast<double>(progress.done) /
                                                  static_cast<double>(progress.total);
@@ -79,7 +67,7 @@ std::string message(const job::Job& job, const std::vector<Problem>& problems) {
     case job::Status::accepted:
       return "Waiting for its turn.";
     case job::Status::successful:
-      return "The tileset is finished.";
+      return "Finished.";
     case job::Status::dismissed:
       return "Cancelled.";
     case job::Status::failed:
@@ -87,11 +75,13 @@ std::string message(const job::Job& job, const std::vector<Problem>& problems) {
     case job::Status::running:
       break;
   }
-  switch (job.progress.phase) {
+  if (job.process != job::bake_process) return "Running.";
+  switch (job.outcome.progress.phase) {
     case bake::Progress::Phase::ingest:
       return "Reading elevations.";
     case bake::Progress::Phase::tiles:
-      return fmt::format("Baking tiles: {} of {}.", job.progress.done, job.progress.total);
+      return fmt::format("Baking tiles: {} of {}.", job.outcome.progress.done,
+                         job.outcome.progress.total);
     default:
       return "Writing the index.";
   }
@@ -105,26 +95,6 @@ json errors(const std::vector<Problem>& problems) {
   return list;
 }
 
-json process_summary(const std::string& base) {
-  return {{"id", bake_process},
-          {"title", "Bake terrain"},
-          {"description",
-           "Turns elevation models and a scene into glTF tiles with a 3D Tiles 1.1 index."},
-          {"version", HOODOO_VERSION},
-          {"jobControlOptions", {"async-execute", "dismiss"}},
-          {"outputTransmission", {"reference"}},
-          {"links",
-           {link(base + "/processes/" + bake_process, "self", "The process in full"),
-            link(base + "/processes/" + bake_process + "/execution",
-                 "http://www.opengis.net/def/rel/ogc/1.0/execute", "POST a job here")}}};
-}
-
-json output(const char* title, const char* description) {
-  return {{"title", title},
-          {"description", description},
-          {"schema", {{"type", "string"}, {"contentMediaType", "application/json"}}}};
-}
-
 }  // namespace
 
 json landing_page(const std::string& base) {
@@ -136,6 +106,8 @@ json landing_page(const std::string& base) {
                  "What this service conforms to"),
             link(base + "/processes", "http://www.opengis.net/def/rel/ogc/1.0/processes",
                  "What this service can do"),
+            link(base + "/api", "service-desc", "The API in OpenAPI 3.0",
+                 "application/vnd.oai.openapi+json;version=3.0"),
             link(base + "/jobs", "http://www.opengis.net/def/rel/ogc/1.0/job-list", "Jobs"),
             link(base + "/tilesets", "related", "Finished tilesets"),
             link(base + "/viewer/", "alternate", "The viewer", "text/html")}}};
@@ -151,54 +123,45 @@ json tileset_list(const std::vector<std::string>& names, const std::string& base
   return {{"tilesets", list}};
 }
 
-json conformance() { return {{"conformsTo", json::array()}}; }
-
-json process_list(const std::string& base) {
-  return {{"processes", {process_summary(base)}},
-          {"links", {link(base + "/processes", "self", "This list")}}};
-}
-
-json process_description(const std::string& base, const json& scene_schema) {
-  auto process = process_summary(base);
-  process["inputs"]["scene"] = {
-      {"title", "Scene"},
-      {"description", "What to bake. Files are named below the folders this server was given."},
-      {"minOccurs", 1},
-      {"maxOccurs", 1},
-      {"schema", scene_schema}};
-  process["outputs"] = {
-      {"tileset", output("Tileset", "tileset.json of 3D Tiles 1.1")},
-      {"manifest", output("Manifest", "bake.json: every tile with its hashes and numbers")},
-      {"report", output("Report", "Counts and warnings of the bake")}};
-  return process;
+json conformance() {
+  const std::string processes = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/";
+  json classes = json::array();
+  for (const auto* name :
+       {"core", "ogc-process-description", "json", "oas30", "job-list", "dismiss"}) {
+    classes.push_back(processes + name);
+  }
+  return {{"conformsTo", classes}};
 }
 
 json status_info(const job::Job& job, const std::vector<Problem>& problems,
                  const std::string& base) {
   const auto self = base + "/jobs/" + job.id;
-  const auto& progress = job.progress;
-  json info{
-      {"processID", bake_process},
-      {"type", "process"},
-      {"jobID", job.id},
-      {"status", text(job.status)},
-      {"message", message(job, problems)},
-      {"progress", percent(job)},
-      {"created", text(job.created)},
-      {"updated", text(job.updated)},
-      {"title", job.name},
-      {"phase", text(progress.phase)},
-      {"tiles",
-       {{"done", progress.done},
-        {"total", progress.total},
-        {"reused", progress.reused},
-        {"cached", progress.cached}}},
-      {"triangles", progress.triangles},
-      {"bytes", progress.bytes},
-      {"links",
-       {link(self, "self", "This job"),
-        link(self + "/tiles/tileset.json", "preview", "The tileset as far as it is"),
-        link(base + "/viewer/?job=" + job.id, "alternate", "The job in the viewer", "text/html")}}};
+  const auto& progress = job.outcome.progress;
+  json info{{"processID", job.process},
+            {"type", "process"},
+            {"jobID", job.id},
+            {"status", job::name_of(job.status)},
+            {"message", message(job, problems)},
+            {"progress", percent(job)},
+            {"created", text(job.created)},
+            {"updated", text(job.updated)},
+            {"title", job.name},
+            {"priority", job.priority},
+            {"phase", text(progress.phase)},
+            {"tiles",
+             {{"done", progress.done},
+              {"total", progress.total},
+              {"reused", progress.reused},
+              {"cached", progress.cached}}},
+            {"triangles", progress.triangles},
+            {"bytes", progress.bytes},
+            {"links", json::array({link(self, "self", "This job")})}};
+  if (job.process == job::bake_process) {
+    info["links"].insert(
+        info["links"].end(),
+        {link(self + "/tiles/tileset.json", "preview", "The tileset as far as it is"),
+         link(base + "/viewer/?job=" + job.id, "alternate", "The job in the viewer", "text/html")});
+  }
   if (job.started) info["started"] = text(*job.started);
   if (job.finished) info["finished"] = text(*job.finished);
   if (!problems.empty()) info["errors"] = errors(problems);
@@ -208,26 +171,45 @@ json status_info(const job::Job& job, const std::vector<Problem>& problems,
   return info;
 }
 
-json job_list(const std::vector<json>& jobs, const std::string& base) {
-  return {{"jobs", jobs}, {"links", {link(base + "/jobs", "self", "This list")}}};
+json job_list(const std::vector<json>& jobs, const std::string& self, const std::string& next,
+              const std::string& base) {
+  json list{{"jobs", jobs},
+            {"links", json::array({link(base + "/jobs" + (self.empty() ? "" : "?" + self), "self",
+                                        "This list")})}};
+  if (!next.empty()) {
+    list["links"].push_back(link(base + "/jobs?" + next, "next", "Earlier jobs"));
+  }
+  return list;
 }
 
-json results(const job::Job& job, const std::string& base) {
+json results(const job::Job& job, const std::vector<std::string>& files, const std::string& base) {
   const auto self = base + "/jobs/" + job.id;
-  const auto reference = [](const std::string& href) {
-    return json{{"href", href}, {"type", "application/json"}};
+  const auto reference = [](const std::string& href, const std::string& type) {
+    return json{{"href", href}, {"type", type}};
   };
-  return {{"tileset", reference(self + "/tiles/tileset.json")},
-          {"manifest", reference(self + "/tiles/bake.json")},
-          {"report", reference(self + "/results/report")}};
+  const std::string plain = "application/json";
+  if (job.process == job::bake_process) {
+    return {{"tileset", reference(self + "/tiles/tileset.json", plain)},
+            {"manifest", reference(self + "/tiles/bake.json", plain)},
+            {"report", reference(self + "/results/report", plain)}};
+  }
+  if (job.process == echo_process) return {{"echo", job.outcome.report.at("echo")}};
+  json all{{"report", reference(self + "/results/report", plain)}};
+  for (const auto& file : files) {
+    const std::filesystem::path name(file);
+    const auto output = job.process == job::diff_process ? "page" : name.stem().string();
+    all[output] = reference(self + "/files/" + file, type_of(name.extension().string()));
+  }
+  return all;
 }
 
 json report(const job::Job& job) {
-  const auto& progress = job.progress;
+  if (job.process != job::bake_process) return job.outcome.report;
+  const auto& progress = job.outcome.progress;
   json report{{"engine", HOODOO_VERSION},
               {"scene", job.name},
-              {"complete", job.complete},
-              {"warnings", job.warnings},
+              {"complete", job.outcome.complete},
+              {"warnings", job.outcome.warnings},
               {"tiles",
                {{"done", progress.done}, {"reused", progress.reused}, {"cached", progress.cached}}},
               {"triangles", progress.triangles},

@@ -59,23 +59,6 @@ Descriptor open_below(const std::filesystem::path& folder, const std::vector<std
   return at < 0 ? nullptr : owned(at);
 }
 
-std::string_view type_of(std::string_view extension) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 9> types{
-      {{".glb", "model/gltf-binary"},
-       {".json", "application/json"},
-       {".html", "text/html; charset=utf-8"},
-       {".css", "text/css; charset=utf-8"},
-       {".js", "text/javascript; charset=utf-8"},
-       {".wasm", "application/wasm"},
-       {".svg", "image/svg+xml"},
-       {".png", "image/png"},
-       {".txt", "text/plain; charset=utf-8"}}};
-  for (const auto& [known, type] : types) {
-    if (known == extension) return type;
-  }
-  return "application/octet-stream";
-}
-
 /// True for a name that a tile's SHA-256 makes.
 bool is_content_addressed(std::string_view stem) {
   return stem.size() == 64 && stem.find_first_not_of("0123456789abcdef") == stem.npos;
@@ -88,21 +71,6 @@ std::string etag_of(std::string_view stem, const struct stat& status, std::uint6
   const auto inside = offset == 0 ? "" : fmt::format("-{:x}", offset);
   return fmt::format("\"{:x}-{:x}-{:x}.{:x}{}\"", status.st_ino, status.st_size,
                      status.st_mtim.tv_sec, status.st_mtim.tv_nsec, inside);
-}
-
-/// If-None-Match compares weakly: RFC 9110, 13.1.2.
-bool lists(std::string_view header, std::string_view etag) {
-  if (header == "*") return true;
-  while (!header.empty()) {
-    const auto comma = header.find(',');
-    auto one = header.substr(0, comma);
-    header.remove_prefix(comma == header.npos ? header.size() : comma + 1);
-    while (one.starts_with(' ') || one.starts_with('\t')) one.remove_prefix(1);
-    while (one.ends_with(' ') || one.ends_with('\t')) one.remove_suffix(1);
-    if (one.starts_with("W/")) one.remove_prefix(2);
-    if (one == etag) return true;
-  }
-  return false;
 }
 
 struct Range {
@@ -140,6 +108,40 @@ Range range_of(std::string_view header, std::uint64_t size) {
 Response not_found() { return problem(404, "There is no such file."); }
 
 }  // namespace
+
+std::string type_of(std::string_view extension) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 11> types{
+      {{".glb", "model/gltf-binary"},
+       {".json", "application/json"},
+       {".html", "text/html; charset=utf-8"},
+       {".css", "text/css; charset=utf-8"},
+       {".js", "text/javascript; charset=utf-8"},
+       {".wasm", "application/wasm"},
+       {".svg", "image/svg+xml"},
+       {".png", "image/png"},
+       {".tif", "image/tiff; application=geotiff"},
+       {".csv", "text/csv; charset=utf-8"},
+       {".txt", "text/plain; charset=utf-8"}}};
+  for (const auto& [known, type] : types) {
+    if (known == extension) return std::string(type);
+  }
+  return "application/octet-stream";
+}
+
+/// If-None-Match compares weakly: RFC 9110, 13.1.2.
+bool lists(std::string_view header, std::string_view etag) {
+  if (header == "*") return true;
+  while (!header.empty()) {
+    const auto comma = header.find(',');
+    auto one = header.substr(0, comma);
+    header.remove_prefix(comma == header.npos ? header.size() : comma + 1);
+    while (one.starts_with(' ') || one.starts_with('\t')) one.remove_prefix(1);
+    while (one.ends_with(' ') || one.ends_with('\t')) one.remove_suffix(1);
+    if (one.starts_with("W/")) one.remove_prefix(2);
+    if (one == etag) return true;
+  }
+  return false;
+}
 
 bool is_plain_name(std::string_view name) { return is_plain(name); }
 

@@ -31,6 +31,10 @@ Response serve_part(const FilePart& part, std::string_view name, const Request& 
 
 /// `name` is of such segments, and has one of these endings.
 bool may_be_served(std::string_view name, std::span<const std::string_view> extensions);
+/// Content type of a file by its ending.
+std::string type_of(std::string_view extension);
+/// A header of If-None-Match lists the tag.
+bool lists(std::string_view header, std::string_view etag);
 /// `name` is one such segment.
 bool is_plain_name(std::string_view name);
 

@@ -9,6 +9,7 @@
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
 #include "server/http/listener.hpp"
+#include "server/job/commands.hpp"
 
 namespace hoodoo::http {
 namespace {
@@ -88,6 +89,29 @@ std::vector<std::string> hidden_of(const Settings& settings) {
   return hidden;
 }
 
+/// Folders that jobs may read, links followed; the assets are always one.
+job::Commands commands_of(const Settings& settings) {
+  job::Commands commands;
+  std::error_code error;
+  for (const auto& root : settings.roots) {
+    const auto real = fs::canonical(root, error);
+    if (error || !fs::is_directory(real, error)) {
+      throw Error(Fault::not_found, root.string(), "is no folder to read elevations from");
+    }
+    commands.roots.push_back(real);
+  }
+  const auto assets = settings.data / "assets";
+  fs::create_directories(assets, error);
+  if (error) throw Error(Fault::io, assets.string(), "cannot be made: " + error.message());
+  commands.roots.push_back(fs::canonical(assets));
+  commands.program = settings.program;
+  commands.cache = settings.cache;
+  commands.threads = settings.threads;
+  commands.memory = settings.memory;
+  commands.limits = settings.limits;
+  return commands;
+}
+
 }  // namespace
 
 void serve(const Settings& given) {
@@ -96,21 +120,20 @@ void serve(const Settings& given) {
   check(settings);
   const Tilesets tilesets(settings.tilesets);
   Listener listener(settings.host, settings.port);
+  const auto commands = commands_of(settings);
   job::Settings queue_settings;
   queue_settings.data = settings.data;
-  queue_settings.cache = settings.cache;
-  queue_settings.roots = settings.roots;
-  queue_settings.threads = settings.threads;
-  queue_settings.memory = settings.memory;
-  job::Queue queue(std::move(queue_settings), {[](const auto& scene, const auto& sources) {
-                                                 return scene::check(scene, sources);
-                                               },
-                                               bake::run});
+  queue_settings.at_once = settings.at_once;
+  queue_settings.most_waiting = settings.most_waiting;
+  job::Queue queue(std::move(queue_settings),
+                   {[commands](const fs::path& scene) { return commands.check(scene); },
+                    [commands](const job::Work& work) { return commands.run(work); }});
   ApiSettings api_settings;
   api_settings.base = base_of(settings, listener.port());
   api_settings.hosts = hosts_of(settings, listener.port());
   api_settings.viewer = settings.viewer.empty() ? find_viewer() : settings.viewer;
   api_settings.hidden = hidden_of(settings);
+  api_settings.roots = commands.roots;
   api_settings.tilesets = tilesets;
   api_settings.scene_schema = scene::schema;
   if (settings.listening) settings.listening(listener.port());

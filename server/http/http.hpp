@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "server/job/child.hpp"
+
 /// server/http: routes; the only place that knows status codes.
 namespace hoodoo::http {
 
@@ -18,6 +20,10 @@ struct Settings {
   std::vector<std::filesystem::path> roots;      // where a job's scene may find elevations
   int threads = 1;                               // of a bake
   std::size_t memory = std::size_t{1024} << 20;  // [bytes] of a bake
+  int at_once = 1;                               // jobs that run
+  std::size_t most_waiting = 100;                // jobs
+  job::Limits limits;                            // of a job's process
+  std::filesystem::path program;                 // hoodoo, which carries jobs out
   /// How clients reach the server, "https://terrain.example.org"; empty: the address it listens on.
   std::string public_url;
   std::filesystem::path viewer;             // the viewer's files; empty: beside the command

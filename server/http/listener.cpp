@@ -51,9 +51,29 @@ bool send_piece(const FilePart& part, std::size_t offset, std::size_t length,
 }
 
 void write(Response&& from, httplib::Response& to) {
+  while (from.later) {
+    if (auto ready = from.later()) {
+      from = std::move(*ready);
+    } else {
+      std::this_thread::sleep_for(50ms);
+    }
+  }
   to.status = from.status;
   for (auto& [name, value] : from.headers) to.set_header(name, value);
-  if (from.part && from.part->length > 0) {
+  if (from.more) {
+    to.set_chunked_content_provider(from.type,
+                                    [more = from.more](std::size_t, httplib::DataSink& sink) {
+                                      const auto piece = more();
+                                      if (!piece) {
+                                        sink.done();
+                                      } else if (piece->empty()) {
+                                        std::this_thread::sleep_for(50ms);
+                                      } else {
+                                        return sink.write(piece->data(), piece->size());
+                                      }
+                                      return sink.is_writable();
+                                    });
+  } else if (from.part && from.part->length > 0) {
     to.set_content_provider(
         from.part->length, from.type,
         [part = *from.part](std::size_t offset, std::size_t length, httplib::DataSink& sink) {

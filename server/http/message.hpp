@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@ struct Request {
   std::string query;                                        // as sent, without the question mark
   std::map<std::string, std::string, std::less<>> headers;  // lower-case names
   std::string body;
+  std::string owner;  // whose key it came with; empty: nobody's
 
   /// Empty when absent.
   std::string_view header(std::string_view lower_case_name) const {
@@ -37,6 +39,11 @@ struct Response {
   std::string type;  // of the content
   std::string body;
   std::optional<FilePart> part;  // instead of a body
+
+  /// Instead of all that: the response once there is one. Asked again and again, from any thread.
+  std::function<std::optional<Response>()> later;
+  /// Instead of a body: what follows, "" for nothing yet, nothing at the end. Asked as `later` is.
+  std::function<std::optional<std::string>()> more;
 
   /// Empty when absent.
   std::string_view header(std::string_view name) const {

@@ -50,6 +50,12 @@ std::vector<std::string> Tilesets::names() const {
   return names;
 }
 
+std::optional<fs::path> Tilesets::folder(std::string_view name) const {
+  const auto found = tilesets_.find(name);
+  if (found == tilesets_.end() || found->second.archive) return std::nullopt;
+  return found->second.folder;
+}
+
 Response Tilesets::serve(std::string_view name, std::string_view file,
                          const Request& request) const {
   const auto found = tilesets_.find(name);

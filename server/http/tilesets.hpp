@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,6 +25,8 @@ class Tilesets {
   explicit Tilesets(std::span<const std::filesystem::path> paths);
 
   std::vector<std::string> names() const;
+  /// None when there is no such tileset, or it is an archive.
+  std::optional<std::filesystem::path> folder(std::string_view name) const;
   /// `file` of the tileset `name`, as `serve_file` would.
   Response serve(std::string_view name, std::string_view file, const Request& request) const;
 

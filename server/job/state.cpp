@@ -24,59 +24,34 @@ constexpr std::array<std::pair<Fault, std::string_view>, 6> faults{{{Fault::bad_
                                                                     {Fault::io, "io"},
                                                                     {Fault::internal, "internal"}}};
 
+using Phase = bake::Progress::Phase;
+constexpr std::array<std::pair<Phase, std::string_view>, 4> phases{{{Phase::ingest, "ingest"},
+                                                                    {Phase::tiles, "tiles"},
+                                                                    {Phase::index, "index"},
+                                                                    {Phase::done, "done"}}};
+
 template <class Table, class Value>
-std::string name_of(const Table& table, Value value) {
+std::string word_of(const Table& table, Value value) {
   for (const auto& row : table) {
     if (row.first == value) return std::string(row.second);
   }
   return {};
 }
 template <class Table>
-auto value_of(const Table& table, const std::string& name) {
+auto value_of(const Table& table, std::string_view name) {
   for (const auto& row : table) {
     if (row.second == name) return row.first;
   }
-  throw Error(Fault::bad_input, "job.json", "holds the unknown word " + name);
+  throw Error(Fault::bad_input, "", "\"" + std::string(name) + "\" is no known word");
 }
 
-json to_json(Time time) { return time.time_since_epoch().count(); }
-Time time_from(const json& value) {
-  return Time(std::chrono::milliseconds(value.get<std::int64_t>()));
-}
-
-json to_json(const bake::Progress& progress) {
-  return {{"done", progress.done},           {"total", progress.total},
-          {"reused", progress.reused},       {"cached", progress.cached},
-          {"triangles", progress.triangles}, {"bytes", progress.bytes}};
-}
-bake::Progress progress_from(const json& value, Status status) {
-  bake::Progress progress;
-  value.at("done").get_to(progress.done);
-  value.at("total").get_to(progress.total);
-  value.at("reused").get_to(progress.reused);
-  progress.cached = value.value("cached", std::uint64_t{0});
-  value.at("triangles").get_to(progress.triangles);
-  value.at("bytes").get_to(progress.bytes);
-  if (status == Status::successful) {
-    progress.phase = bake::Progress::Phase::done;
-    progress.ingest = 1;
-  }
-  return progress;
-}
-
-void read_into(Job& job, const json& value) {
-  job.status = value_of(statuses, value.at("status").get<std::string>());
-  if (job.status == Status::running) job.status = Status::accepted;
-  value.at("serial").get_to(job.serial);
-  value.at("name").get_to(job.name);
-  job.created = time_from(value.at("created"));
-  job.updated = time_from(value.at("updated"));
-  if (value.contains("started")) job.started = time_from(value["started"]);
-  if (value.contains("finished")) job.finished = time_from(value["finished"]);
-  value.at("warnings").get_to(job.warnings);
-  value.at("complete").get_to(job.complete);
-  job.progress = progress_from(value.at("progress"), job.status);
-  if (value.contains("fault")) job.fault = value_of(faults, value["fault"].get<std::string>());
+void read_into(const json& value, Job& job) {
+  auto& outcome = job.outcome;
+  value.at("warnings").get_to(outcome.warnings);
+  value.at("complete").get_to(outcome.complete);
+  outcome.progress = progress_from(value.at("progress"));
+  outcome.report = value.at("report");
+  if (value.contains("fault")) job.fault = fault_of(value["fault"].get<std::string>());
   for (const auto& problem : value.at("problems")) {
     job.problems.push_back(
         {problem.at("where").get<std::string>(), problem.at("what").get<std::string>()});
@@ -85,39 +60,65 @@ void read_into(Job& job, const json& value) {
 
 }  // namespace
 
+std::string name_of(Status status) { return word_of(statuses, status); }
+std::string name_of(Fault fault) { return word_of(faults, fault); }
+Status status_of(std::string_view name) { return value_of(statuses, name); }
+Fault fault_of(std::string_view name) { return value_of(faults, name); }
+
+json to_json(const bake::Progress& progress) {
+  return {{"phase", word_of(phases, progress.phase)},
+          {"ingest", progress.ingest},
+          {"done", progress.done},
+          {"total", progress.total},
+          {"reused", progress.reused},
+          {"cached", progress.cached},
+          {"triangles", progress.triangles},
+          {"bytes", progress.bytes}};
+}
+
+bake::Progress progress_from(const json& value) {
+  bake::Progress progress;
+  try {
+    progress.phase = value_of(phases, value.at("phase").get<std::string>());
+    value.at("ingest").get_to(progress.ingest);
+    value.at("done").get_to(progress.done);
+    value.at("total").get_to(progress.total);
+    value.at("reused").get_to(progress.reused);
+    value.at("cached").get_to(progress.cached);
+    value.at("triangles").get_to(progress.triangles);
+    value.at("bytes").get_to(progress.bytes);
+  } catch (const json::exception& error) {
+    throw Error(Fault::bad_input, "", error.what());
+  }
+  return progress;
+}
+
 std::string to_text(const Job& job) {
   json problems = json::array();
   for (const auto& problem : job.problems) {
     problems.push_back({{"where", problem.where}, {"what", problem.what}});
   }
-  json value{{"status", name_of(statuses, job.status)},
-             {"serial", job.serial},
-             {"name", job.name},
-             {"created", to_json(job.created)},
-             {"updated", to_json(job.updated)},
-             {"warnings", job.warnings},
-             {"complete", job.complete},
-             {"progress", to_json(job.progress)},
+  json value{{"warnings", job.outcome.warnings},
+             {"complete", job.outcome.complete},
+             {"progress", to_json(job.outcome.progress)},
+             {"report", job.outcome.report},
              {"problems", problems}};
-  if (job.started) value["started"] = to_json(*job.started);
-  if (job.finished) value["finished"] = to_json(*job.finished);
-  if (job.fault) value["fault"] = name_of(faults, *job.fault);
-  return value.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+  if (job.fault) value["fault"] = name_of(*job.fault);
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-Job from_text(std::string id, std::string_view text) {
-  Job job;
-  job.id = id;
+void read_text(std::string_view text, Job& job) {
+  job.outcome = {};
+  job.fault.reset();
+  job.problems.clear();
   try {
-    read_into(job, parse_json(text, "job.json"));
+    read_into(parse_json(text, "the state of a job"), job);
   } catch (const std::exception&) {
-    job = Job{};
-    job.id = std::move(id);
+    job.outcome = {};
     job.status = Status::failed;
     job.fault = Fault::internal;
     job.problems = {{"", "the state of this job is damaged"}};
   }
-  return job;
 }
 
 }  // namespace hoodoo::job

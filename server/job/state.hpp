@@ -1,16 +1,29 @@
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
 #include "server/job/job.hpp"
 
-/// The text of job.json: everything of a job but its id, which names the folder.
+/// Jobs as text.
 namespace hoodoo::job {
 
+std::string name_of(Status status);
+std::string name_of(Fault fault);
+/// Errors: bad_input.
+Status status_of(std::string_view name);
+Fault fault_of(std::string_view name);
+
+/// One line of what `hoodoo bake --progress json` tells.
+nlohmann::json to_json(const bake::Progress& progress);
+/// Errors: bad_input.
+bake::Progress progress_from(const nlohmann::json& value);
+
+/// What of a job nobody looks for: its outcome, and why it failed.
 std::string to_text(const Job& job);
 
-/// A damaged file gives a failed job that says so, so that one bad file costs one job.
-/// A job that was running counts as accepted: it continues.
-Job from_text(std::string id, std::string_view text);
+/// Puts that back. A damaged text makes a failed job that says so, so that one bad row costs one
+/// job.
+void read_text(std::string_view text, Job& job);
 
 }  // namespace hoodoo::job

@@ -9,7 +9,7 @@ async function answer(path, options) {
 }
 
 export async function listJobs() {
-  const response = await answer('/jobs');
+  const response = await answer('/jobs?limit=100');
   return response ? (await response.json()).jobs : [];
 }
 

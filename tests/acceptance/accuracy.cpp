@@ -90,7 +90,7 @@ class Tile {
           static_cast<double>(volume.low()[static_cast<std::size_t>(a)]) * slice_.spacing();
     }
     const auto whole = surface::extract(volume, land);
-    const auto simple = lod::simplify(whole, slice_.simplify / step);
+    const auto simple = lod::simplify(whole, slice_.simplify / step, slice_.lattice.units());
     whole_points_ = in_metres(whole, origin_, step);
     whole_ = whole.triangles;
     simple_points_ = in_metres(simple.surface, origin_, step);
@@ -170,7 +170,8 @@ int main(int argc, char** argv) try {
   const auto scene = scene::open(scene::read(file), {file.parent_path(), {}}, settings);
   const auto plan = plan::make(scene);
   std::vector<plan::Key> leaves;
-  for (const auto& key : plan.tiles) {
+  for (const auto& tile : plan.tiles) {
+    const auto key = tile.key();
     if (key.level == 0) leaves.push_back(key);
   }
   std::size_t most = leaves.size();

@@ -12,9 +12,12 @@
 #include "tests/bench/bare.hpp"
 #include "tests/bench/engine.hpp"
 #include "tests/bench/hierarchy.hpp"
+#include "tests/bench/hydrology.hpp"
 #include "tests/bench/measure.hpp"
 #include "tests/bench/narrow_band.hpp"
+#include "tests/bench/sampling.hpp"
 #include "tests/bench/surface.hpp"
+#include "tests/bench/whole.hpp"
 
 namespace hoodoo::bench {
 namespace {
@@ -241,6 +244,9 @@ int main(int count, char** arguments) {
              hwy::TargetName(hwy::SupportedTargets() & -hwy::SupportedTargets()));
   if (wanted("grid")) compare_ready_grid();
   if (wanted("surface")) compare_surface();
+  if (wanted("whole")) compare_whole();
+  if (wanted("hydrology")) compare_hydrology();
+  if (wanted("sampling")) compare_sampling();
   Scene scene = strew(50'000, 0, 2000, 704, 256, 16);
   if (wanted("splat")) compare_splat(scene);
   if (wanted("rough")) compare_rough(scene);

@@ -37,10 +37,13 @@ std::size_t NarrowBand::crossings() const {
 std::size_t NarrowBand::triangles() const {
   const plan::Lattice lattice{1, dem::step_of(1), tile_cells};
   std::size_t n = 0;
+  volume::Volume volume;
+  surface::Workspace workspace;
   for (const auto& tile : tiles_) {
     const auto slice = slice::cut(scene_, lattice, tile);
     slice::Land land(slice, scene_.pyramids);
-    n += surface::extract(volume::sample(land), land).triangles.size();
+    volume::sample(land, volume);
+    n += surface::extract(volume, land, workspace).triangles.size();
   }
   return n;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/bench/measure.hpp"
 #include "tiling/surface/tables.hpp"
 
 namespace hoodoo::bench {
@@ -108,6 +109,9 @@ float Paper::field(float x, float y, float z, float h) {
 
 Paper::Result Paper::run() {
   result_ = {};
+  const double from = processor_seconds();
+  look_up_elevations();
+  result_.looking_up = processor_seconds() - from;
   find_bounds();
   dilate();
   vertices_ = 0;
@@ -121,12 +125,21 @@ Paper::Result Paper::run() {
   return result_;
 }
 
+void Paper::look_up_elevations() {
+  heights_.resize(column(0, scene_.wide));
+  for (int j = 0; j < scene_.wide; ++j) {
+    for (int i = 0; i < scene_.wide; ++i) {
+      heights_[column(i, j)] = static_cast<float>(scene_.window.height(i, j));
+    }
+  }
+}
+
 void Paper::find_bounds() {
   own_.resize(column(0, scene_.wide));
   covered_.assign(own_.size(), false);
   for (int j = 0; j < scene_.wide; ++j) {
     for (int i = 0; i < scene_.wide; ++i) {
-      const auto at = static_cast<int>(std::floor(scene_.height(i, j)));
+      const auto at = static_cast<int>(std::floor(heights_[column(i, j)]));
       std::array<int, 2> range{at, at};
       if (hierarchy_.join_bounds(static_cast<float>(i), static_cast<float>(j), range)) {
         covered_[column(i, j)] = true;
@@ -162,7 +175,7 @@ void Paper::sample(int j, Row& row) {
   for (int i = 0; i < scene_.wide; ++i) {
     const auto [low, high] = dilated_[column(i, j)];
     row.first[static_cast<std::size_t>(i)] = row.values.size() - static_cast<std::size_t>(low);
-    const float h = scene_.height(i, j);
+    const float h = heights_[column(i, j)];
     for (int k = low; k <= high + 1; ++k) {
       row.values.push_back(
           field(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k), h));
@@ -223,7 +236,7 @@ std::uint32_t Paper::vertex(int i, int j, int k, unsigned edge) {
 float Paper::cross(int i, int j, int k, int axis, float low) {
   const int p = i + (axis == 0 ? 1 : 0), q = j + (axis == 1 ? 1 : 0);
   const auto x = static_cast<float>(i), y = static_cast<float>(j), z = static_cast<float>(k);
-  const float from = scene_.height(i, j), to = scene_.height(p, q);
+  const float from = heights_[column(i, j)], to = heights_[column(p, q)];
   if (!covered_[column(i, j)] && !covered_[column(p, q)]) {
     return axis == 2 ? from - z : (z - from) / (to - from);
   }

@@ -23,6 +23,7 @@ class Paper {
     std::size_t vertices = 0, triangles = 0;
     std::size_t calls = 0;    // of the field
     std::size_t covered = 0;  // columns with a ball over them
+    double looking_up = 0;    // seconds of these for the columns' elevations
   };
   Result run();
 
@@ -44,6 +45,7 @@ class Paper {
            static_cast<std::size_t>(i);
   }
   float field(float x, float y, float z, float h);
+  void look_up_elevations();
   void find_bounds();
   void dilate();
   void sample(int j, Row& row);
@@ -54,6 +56,7 @@ class Paper {
 
   const Scene& scene_;
   Hierarchy hierarchy_;
+  std::vector<float> heights_;  // of the columns
   std::vector<Bounds> own_, dilated_;
   std::vector<bool> covered_;
   std::array<Row, 2> rows_;  // of the columns on either side of the cells at hand

@@ -38,8 +38,11 @@ void compare_ready_grid() {
   auto values = wavy_ball();
   const std::array<int, 3> size{side, side, side};
   std::size_t ours = 0, theirs = 0;
+  volume::Volume volume;
+  surface::Workspace workspace;
   const auto extract = [&] {
-    ours = surface::polygonize(volume::volume_of({values, size, 0}), 256).triangles.size();
+    volume::read({values, size, 0}, volume);
+    ours = surface::polygonize(volume, 256, workspace).triangles.size();
   };
 #ifdef HOODOO_BENCH_VTK
   FlyingEdges edges(values, size);

@@ -40,7 +40,8 @@ float value_noise(float x, float y, int octave) {
   return a + (b - a) * u + (c - a) * v + (a - b - c + d) * u * v;
 }
 
-/// Fractal noise in [-1, 1], its longest wave 500 m.
+}  // namespace
+
 float fractal(float x, float y) {
   float sum = 0, amplitude = 1, total = 0;
   x /= 500, y /= 500;
@@ -52,6 +53,8 @@ float fractal(float x, float y) {
   }
   return sum / total;
 }
+
+namespace {
 
 /// About 100 m, 60 m up and down over 500 m.
 float ground(float x, float y) { return 100 + 60 * fractal(x, y); }

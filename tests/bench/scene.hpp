@@ -34,6 +34,9 @@ struct Scene {
   double points() const { return static_cast<double>(blocks.size()) * points_per_block; }
 };
 
+/// Fractal noise in [-1, 1], its longest wave 500.
+float fractal(float x, float y);
+
 /// `count` balls of reach 4 to 12 m over [from, to]^2, each carving; the part is `wide` m wide
 /// from `low` on. Blocks lie within `band` m of the ground.
 Scene strew(int count, float from, float to, int low, int wide, float band);

@@ -94,6 +94,9 @@ struct Said {
     field.gradients(at, f, {x, y, z});
     field.resistances(at, rho);
     field.materials(at, material);
+    if (const auto one = field.material()) {
+      EXPECT_EQ(material, std::vector<int>(at.size(), *one));
+    }
     std::vector<float> again(at.size());
     field.values(at, again);
     EXPECT_EQ(0, std::memcmp(again.data(), f.data(), f.size() * sizeof(float)));

@@ -90,11 +90,15 @@ void randomise(T& t, const Outline<T>& f, Random& random) {
 }
 template <class T>
 void randomise(T& t, const BallList<T>& f, Random& random) {
-  std::vector<Ball> balls(f.least + static_cast<std::size_t>(random.whole(0, 30)));
+  std::vector<Ball> balls(f.fewest + static_cast<std::size_t>(random.whole(0, 30)));
   for (Ball& b : balls) {
     b = {random.place(scene_size), random.real(1, 4), static_cast<float>(random.real(-2, 2))};
   }
   t.*f.member = Balls(balls);
+}
+template <class T>
+void randomise(T& t, const FileName<T>& f, Random&) {
+  t.*f.member = "";
 }
 template <class T>
 void randomise(T& t, const OptionalNumber<T>& f, Random& random) {

@@ -7,7 +7,6 @@ import { digests, example, hoodoo, makeFolder, removeFolder, run, seededRandom, 
 import { check } from './tiles.mjs';
 
 const seed = Number(process.env.HOODOO_SEED ?? Math.floor(Math.random() * 2 ** 31));
-const kills = 10;
 let work, scene, reference, expected, seconds;
 
 /** Bakes and demands success. */
@@ -100,29 +99,6 @@ test('Tile by tile, in any order, gives the same bytes', () => withFolder(async 
   for (const key of keys) await bake(folder, ['--only', key]);
   await assertSame(folder);
 }));
-
-test(`Killed at ${kills} random moments and continued, it gives the same bytes`, async (t) => {
-  console.log(`seed ${seed}`);
-  const random = seededRandom(seed + 1);
-  let killed = 0, finished = 0;
-  while (killed < kills) {
-    await withFolder(async (folder) => {
-      let whole = false;
-      while (!whole && killed < kills) {
-        const afterMs = 1000 * seconds * random();
-        const result = await hoodoo(['bake', scene, '-o', folder],
-                                    { kill: { after: afterMs, signal: 'SIGKILL' } });
-        whole = result.signal === null;
-        if (whole) assert.equal(result.code, 0, result.stderr);
-        else ++killed;
-      }
-      if (!whole) await bake(folder);
-      await assertSame(folder);
-      ++finished;
-    });
-  }
-  t.diagnostic(`${killed} kills over ${finished} bakes, seed ${seed}`);
-});
 
 test('Ctrl-C ends with exit 130, and the same command continues', () => withFolder(async (folder) => {
   for (const part of [0.15, 0.5]) {

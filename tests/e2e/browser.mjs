@@ -104,7 +104,7 @@ export function compare(mask, other) {
 }
 
 /** `mask` without what lies within `radius` pixels (in both directions) of a pixel outside it. */
-function shrink({ width, height, bits }, radius) {
+export function shrink({ width, height, bits }, radius) {
   const pass = (from, step, length, lines, lineStep) => {
     const to = new Uint8Array(from.length);
     for (let line = 0; line < lines; ++line) {
@@ -120,29 +120,25 @@ function shrink({ width, height, bits }, radius) {
   return { width, height, bits: pass(rows, width, height, width, 1) };
 }
 
+const sampling = 1;   // pixels by which two drawings of one silhouette may differ
+
 /**
- * Holes of `mask` inside the silhouette `solid`: `deep`, background pixels farther than `margin` pixels from the
- * silhouette's edge; and `enclosed`, those of any depth that do not connect to background of both.
+ * Background of `mask`, a drawing of tiles of several levels, that should not be there. `solids` are the silhouettes of the
+ * whole surface of each level on screen, the leaves' first.
+ *
+ * `deep`: pixels farther than `margin` pixels inside what the leaves cover, so that a coarser silhouette may move by its
+ * error on screen, but not by more. Nearer to it nothing follows from the leaves alone: where a narrow gap of sky is seen
+ * through, a coarser tile may widen it anywhere, and cut it off from what the leaves leave free.
+ * `cracks`: pixels, at any depth, that every level on screen covers, and their neighbours too. No one surface has its edge
+ * there: the ray slips between tiles of different levels. Two things it cannot tell: a near edge of one level that crosses
+ * a far edge of another gives a false alarm, and a crack where one of the levels has no surface passes for that level's edge.
+ * Pixels on the picture's rim are not judged, since what lies beside them is not in it.
  */
-export function holes(mask, solid, margin) {
+export function holes(mask, solids, margin) {
   const { width, height } = mask;
-  const inner = shrink(solid, margin).bits;
-  const deep = inner.reduce((sum, bit, i) => sum + (bit && !mask.bits[i]), 0);
-  const reached = new Uint8Array(width * height);
-  const stack = [];
-  const visit = (i) => {
-    if (mask.bits[i] || reached[i]) return;
-    reached[i] = 1;
-    stack.push(i);
-  };
-  solid.bits.forEach((bit, i) => { if (!bit) visit(i); });
-  while (stack.length > 0) {
-    const i = stack.pop(), x = i % width;
-    if (x > 0) visit(i - 1);
-    if (x < width - 1) visit(i + 1);
-    if (i >= width) visit(i - width);
-    if (i < width * (height - 1)) visit(i + width);
-  }
-  const enclosed = mask.bits.reduce((sum, bit, i) => sum + (!bit && !reached[i]), 0);
-  return { deep, enclosed };
+  const count = (covered) => covered.reduce((sum, bit, i) => sum + (bit && !mask.bits[i]), 0);
+  const all = solids.map((solid) => shrink(solid, sampling).bits);
+  const onRim = (i) => i < width || i >= width * (height - 1) || i % width === 0 || i % width === width - 1;
+  const everywhere = all[0].map((bit, i) => (bit && !onRim(i) && all.every((bits) => bits[i]) ? 1 : 0));
+  return { deep: count(shrink(solids[0], margin).bits), cracks: count(everywhere) };
 }

@@ -8,13 +8,13 @@ import { hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
 const moved = 2;   // m
 let work;
 
-/** Bakes the land with a ball of radius 10 m at x into `name`; tiles of 64 m. */
-async function bake(name, x, spacing = 1) {
+/** Bakes the land with a ball high over it into `name`; tiles of 64 m. */
+async function bake(name, { center = [95, 96, 200], radius = 10 }, spacing = 1) {
   const scene = join(work, `${name}.json`);
   await writeFile(scene, JSON.stringify({
     hoodoo: 1,
     terrains: [{ id: 'land', dem: 'dem.tif', falloff: 8 }],
-    operations: [{ id: 'ball', op: 'union', tree: { type: 'sphere', center: [x, 96, 200], radius: 10, falloff: 8 } }],
+    operations: [{ id: 'ball', op: 'union', tree: { type: 'sphere', center, radius, falloff: 8 } }],
     bake: { spacing, tile_cells: 64 },
   }));
   const result = await hoodoo(['bake', scene, '-o', join(work, name)]);
@@ -49,12 +49,12 @@ before(async () => {
   work = await makeFolder();
   const made = await hoodoo(['synthesize', join(work, 'dem.tif'), '--pixels', '96', '--spacing', '2']);
   assert.equal(made.code, 0, made.stderr);
-  await bake('a', 95);
-  await bake('b', 95 + moved);
-  await bake('same', 95);
-  await bake('border', 127);
-  await bake('over', 127 + moved);
-  await bake('coarse', 95, 1.5);
+  await bake('a', {});
+  await bake('b', { center: [95 + moved, 96, 200] });
+  await bake('same', {});
+  await bake('border', { center: [127, 96, 200] });
+  await bake('over', { center: [127 + moved, 96, 200] });
+  await bake('coarse', {}, 1.5);
 });
 after(() => removeFolder(work));
 
@@ -78,6 +78,46 @@ test('A ball that moved by 2 m is found in its tiles and no others, by 2 m', asy
   assert.ok(leaf.mean > 0 && leaf.mean < leaf.largest);
   assert.equal(found.largest, leaf.largest);
 });
+
+/** Keys of the tiles that a ball's surface, before or after, stands over. */
+function under(...balls) {
+  const keys = [];
+  for (let level = 0; level < 3; ++level) {
+    const side = 64 * 2 ** level;
+    for (let i = 0; i * side < 192; ++i) {
+      for (let j = 0; j * side < 192; ++j) {
+        const off = (at, k) => Math.max(k * side - at, 0, at - (k + 1) * side);
+        if (balls.some(({ center: [x, y], radius }) => Math.hypot(off(x, i), off(y, j)) < radius)) keys.push(`${level}/${i}/${j}`);
+      }
+    }
+  }
+  return keys.sort();
+}
+
+/** From a ball of radius 10 m at (95, 96, 200): how far the surfaces are apart then [m]. */
+const changes = {
+  'moved by 3 m east and 4 m south': [{ center: [98, 92, 200] }, 5],
+  'moved up by 3 m': [{ center: [95, 96, 203] }, 3],
+  'moved by more than its size into the next tile': [{ center: [95, 120, 200] }, 24],
+  'grown by 3 m': [{ radius: 13 }, 3],
+  'shrunk by 4 m': [{ radius: 6 }, 4],
+};
+
+for (const [what, [after_, distance]] of Object.entries(changes)) {
+  test(`A ball ${what} is found under it before and after, ${distance} m off`, async (t) => {
+    const first = { center: [95, 96, 200], radius: 10 };
+    await bake('changed', after_);
+    for (const pair of [['a', 'changed'], ['changed', 'a']]) {
+      const { code, found } = await diffJson(...pair);
+      assert.equal(code, 1);
+      assert.deepEqual(found.tiles.map((tile) => tile.key).sort(), under(first, { ...first, ...after_ }));
+      t.diagnostic(`${found.largest} m`);
+      assert.ok(Math.abs(found.largest - distance) < 0.05 * distance, `${found.largest} m, not ${distance} m`);
+    }
+    assert.equal((await diff('a', 'changed', '--tolerance', String(1.06 * distance))).code, 0);
+    assert.equal((await diff('a', 'changed', '--tolerance', String(0.94 * distance))).code, 1);
+  });
+}
 
 test('A ball that moves over a border is as far from where it was as any', async () => {
   const { code, found } = await diffJson('border', 'over');

@@ -135,3 +135,20 @@ test('A speed out of range is an error', async () => {
   assert.equal(code, 2);
   assert.match(stderr, /--draco-speed.*11/);
 });
+
+test('A speed for a scene whose settings are no object is that scene\'s error', async () => {
+  const scene = join(work, 'wrong.json');
+  for (const settings of [null, 5, 'fast', [1]]) {
+    await writeFile(scene, JSON.stringify({ hoodoo: 1, terrains: [{ id: 'land', dem: 'dem.tif' }], bake: settings }));
+    for (const args of [[], ['--draco-speed', '3']]) {
+      const { code, stderr } = await hoodoo(['bake', scene, '-o', join(work, 'none'), ...args]);
+      assert.equal(code, 2, stderr);
+      assert.match(stderr, /\/bake: must be an object/);
+    }
+  }
+});
+
+test('A speed for a scene without settings is taken', async () => {
+  await writeFile(join(work, 'bare.json'), JSON.stringify({ hoodoo: 1, terrains: [{ id: 'land', dem: 'dem.tif' }] }));
+  await bake('bare', 'bare', ['--draco-speed', '10']);
+});

@@ -58,7 +58,8 @@ const whole = () => ({
     { type: 'arch', op: 'blend', from: [1, 1, 1], to: [30, 1, 1], height: 9, thickness: 4,
       region: { type: 'polygon', points: [[0, 0], [90, 0], [90, 90]], feather: 2 } },
   ],
-  bake: { spacing: 2, extent: { min: [0, 0], max: [90, 90] }, tile_cells: 64, profile: 'plain', levels: 2 },
+  bake: { spacing: 2, extent: { min: [0, 0], max: [90, 90] }, tile_cells: 64, profile: 'plain', levels: 2, tile_triangles: 5000,
+          keep_thin: true, base: { closed: 20 } },
 });
 
 /** Puts `value` at `pointer`, or takes away what is there. */
@@ -77,7 +78,7 @@ const broken = [
   ['/bogus', 1], ['/materials/0/colour', '#000000'], ['/terrains/0/path', 'dem.tif'], ['/operations/0/trees', {}],
   ['/operations/0/tree/radios', 3], ['/operations/0/tree/turbulence/amplitud', 3], ['/operations/0/tree/center/z', 3],
   ['/operations/1/tree/child/children/1/ball', []], ['/operations/4/tree/placements/0/turn', 3], ['/operations/5/width', 3],
-  ['/operations/0/region/margin', 1], ['/bake/threads', 4], ['/bake/extent/z', [0, 1]], ['/define/bent/child/fold', 1],
+  ['/operations/0/region/margin', 1], ['/bake/threads', 4], ['/bake/extent/z', [0, 1]], ['/bake/base/open', 1], ['/define/bent/child/fold', 1],
   ['/geology/children/0/domain/a~b', 1, '/geology/children/0/domain/a~0b'],
   // Wrong types.
   ['/name', 7], ['/seed', 'four'], ['/seed', 1.5], ['/materials', {}], ['/materials/0', 'shale'], ['/terrains/0/inverted', 'no'],
@@ -85,7 +86,8 @@ const broken = [
   ['/geology/children', {}], ['/geology/children/1', null], ['/operations', {}], ['/operations/0', 7], ['/operations/0/tree', 'sphere'],
   ['/operations/0/tree/radius', '9'], ['/operations/0/tree/turbulence', 2], ['/operations/0/tree/center', 'here'],
   ['/operations/2/tree/control/formula', 1], ['/operations/2/tree/control/parameters/low', 'x'], ['/operations/2/tree/resistance/use', 3],
-  ['/operations/1/tree/child/children/0/closed', 1], ['/operations/0/region', 'everywhere'], ['/bake', 3], ['/bake/extent', [0, 0, 90, 90]],
+  ['/operations/1/tree/child/children/0/closed', 1], ['/operations/0/region', 'everywhere'], ['/bake', 3], ['/bake/extent', [0, 0, 90, 90]], ['/bake/base', 20],
+  ['/bake/base/closed', 'deep'], ['/operations/1/tree/child/children/1/file', 3],
   // Out of range.
   ['/hoodoo', 2], ['/seed', -1], ['/materials/0/friction', -1], ['/materials/0/resistance/1', 1.2], ['/terrains/0/falloff', 0],
   ['/define/layers/wavelength', 0], ['/define/layers/octaves', 13], ['/define/bent/child/amplitude', -1],
@@ -93,13 +95,14 @@ const broken = [
   ['/operations/0/tree/center/uv/0', 1.5], ['/operations/0/tree/turbulence/octaves', 0], ['/operations/1/tree/child/width', 0],
   ['/operations/1/tree/child/children/1/balls/1/3', 0], ['/operations/2/tree/amount', -1], ['/operations/3/tree/child/by', 1e6],
   ['/operations/4/tree/child/radii/2', 0], ['/operations/4/tree/placements/0/scale', 0], ['/operations/5/thickness', 0],
-  ['/operations/5/region/feather', -1], ['/bake/spacing', 0], ['/bake/levels', 33], ['/bake/tile_cells', 8],
+  ['/operations/5/region/feather', -1], ['/bake/spacing', 0], ['/bake/levels', 33], ['/bake/tile_cells', 8], ['/bake/base/closed', 0],
+  ['/bake/tile_triangles', 999], ['/bake/tile_triangles', 16777217], ['/bake/tile_triangles', 1e4 + 0.5], ['/bake/keep_thin', 1],
   // Keys that must be there.
   ['/hoodoo', gone], ['/terrains', gone], ['/terrains/0/dem', gone], ['/materials/0/name', gone], ['/define/layers/wavelength', gone],
   ['/operations/0/tree/radius', gone], ['/operations/0/tree/center/ground', gone], ['/operations/0/op', gone], ['/operations/0/tree', gone],
   ['/operations/1/tree/child/children', gone],
   ['/operations/2/tree/resistance', gone], ['/operations/4/tree/placements/0/at', gone], ['/operations/5/to', gone],
-  ['/operations/0/region/max', gone], ['/operations/0/region/type', gone], ['/bake/extent/min', gone],
+  ['/operations/0/region/max', gone], ['/operations/0/region/type', gone], ['/bake/extent/min', gone], ['/bake/base/closed', gone],
   ['/define/layers/type', gone, '/define/layers'], ['/operations/0/tree/type', gone, '/operations/0/tree'],
   ['/operations/0/tree/center/uv', gone, '/operations/0/tree/center'],
   // No such name.

@@ -8,7 +8,7 @@ import { digests, example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs
 import { Server } from './server.mjs';
 
 const sanitized = Boolean(process.env.HOODOO_SANITIZED);
-const most = sanitized ? 30 : 1;   // seconds in which a wrong scene is refused
+const most = sanitized ? 30 : 3;   // seconds in which a wrong scene is refused: a process starts for it
 let work, root, data, server, scene, id;
 
 /** A scene that takes a while: the example on a finer grid. */

@@ -10,7 +10,8 @@ export class Server {
   static async start({ data, roots = [], args = [] }) {
     const server = new Server();
     const options = ['serve', '--listen', '127.0.0.1:0', '--data', data,
-                     ...roots.flatMap((root) => ['--root', root]), ...args];
+                     ...roots.flatMap((root) => ['--root', root]),
+                     ...process.env.HOODOO_SANITIZED ? ['--job-memory', '0'] : [], ...args];
     server.child = spawn(command, options, { stdio: ['ignore', 'pipe', 'pipe'] });
     server.stderr = '';
     server.child.stderr.setEncoding('utf8').on('data', (text) => { server.stderr += text; });
@@ -42,16 +43,17 @@ export class Server {
     assert.equal(response.status, 200, `${path} answers ${response.status}`);
     return response.json();
   }
-  post(scene) {
-    return this.send(JSON.stringify({ inputs: { scene } }));
+  /** `more` goes beside the inputs. */
+  post(scene, more = {}, headers = {}) {
+    return this.send(JSON.stringify({ inputs: { scene }, ...more }), headers);
   }
-  send(body) {
+  send(body, headers = {}) {
     return this.fetch('/processes/bake-terrain/execution',
-                      { method: 'POST', headers: { 'content-type': 'application/json' }, body });
+                      { method: 'POST', headers: { 'content-type': 'application/json', ...headers }, body });
   }
   /** Posts a scene that must be taken; gives the job's id. */
-  async submit(scene) {
-    const response = await this.post(scene);
+  async submit(scene, more) {
+    const response = await this.post(scene, more);
     assert.equal(response.status, 201, await response.clone().text());
     return (await response.json()).jobID;
   }

@@ -29,7 +29,7 @@ const faults = {
 
 /** Checks the tileset in `folder`; `workers` threads decode. */
 export async function check(folder, { workers } = {}) {
-  const { spacing, step, cells, records } = await readBake(folder);
+  const { spacing, step, cells, finer, records } = await readBake(folder);
   const { contents, problems, tilesets, tiles } = await readTileset(folder);
   const total = {
     tiles, tilesets, contents: contents.length, bytes: 0, vertices: 0, triangles: 0, skirtTriangles: 0,
@@ -51,8 +51,10 @@ export async function check(folder, { workers } = {}) {
   const pool = new Pool(workers);
   try {
     for (const [number, members] of [...levels].sort(([a], [b]) => a - b)) {
-      const lattice = { spacing: spacing * 2 ** number, step: step * 2 ** number, cells };
-      const level = new Level(Math.round(spacing / step), cells);
+      const by = finer[number] ?? 0, scale = 2 ** (number - by);
+      const lattice = { spacing: spacing * scale, step: step * scale, cells: cells * 2 ** by };
+      const level = new Level(Math.round(spacing / step), lattice.cells);
+      const materials = new Map();   // of tiles in slabs, by name
       await Promise.all(members.map(async ({ file, boxes, record }) => {
         const result = await pool.run({ file, boxes, key: record.key, ...lattice });
         const name = `${relative(folder, file)} (${record.name})`;
@@ -63,7 +65,11 @@ export async function check(folder, { workers } = {}) {
         problems.push(...[...result.problems, ...against(record, result)].map((what) => `${name}: ${what}`));
         addTo(total, result);
         level.add(result);
+        if (record.slabs > 1) addMaterials(materials, record, result);
       }));
+      for (const [name, { found, stated }] of materials) {
+        problems.push(...differences(found, stated).map((what) => `tile ${name}: ${what}`));
+      }
       const worldEdges = members.reduce((sum, { record }) => sum + record.world_edges, 0);
       report(number, level.finish(), worldEdges, total, problems);
     }
@@ -85,12 +91,20 @@ function against(record, result) {
   const differing = Object.keys(counted).filter((name) => record[name] !== counted[name])
     .map((name) => `has ${counted[name]} ${name}, bake.json says ${record[name]}`);
   if (box.some((value, i) => value !== record.box[i])) differing.push(`fills [${box}], bake.json says [${record.box}]`);
-  const names = new Set([...Object.keys(record.materials), ...Object.keys(result.materials)]);
-  for (const name of names) {
-    if (record.materials[name] === result.materials[name]) continue;
-    differing.push(`has ${result.materials[name]} triangles of ${name}, bake.json says ${record.materials[name]}`);
-  }
-  return differing;
+  return record.slabs > 1 ? differing : [...differing, ...differences(result.materials, record.materials)];
+}
+
+/** Where triangles by material are others than stated. */
+function differences(found, stated) {
+  return [...new Set([...Object.keys(stated), ...Object.keys(found)])].filter((name) => found[name] !== stated[name])
+    .map((name) => `has ${found[name]} triangles of ${name}, bake.json says ${stated[name]}`);
+}
+
+/** bake.json counts those of a tile, not of its slabs. */
+function addMaterials(materials, record, result) {
+  const sum = materials.get(record.name) ?? { found: {}, stated: record.materials };
+  for (const [name, count] of Object.entries(result.materials)) sum.found[name] = (sum.found[name] ?? 0) + count;
+  materials.set(record.name, sum);
 }
 
 function addTo(total, result) {

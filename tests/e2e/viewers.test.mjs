@@ -1,17 +1,18 @@
 /**
  * Two viewers, three.js with 3d-tiles-renderer (our own) and CesiumJS, draw tilesets with several levels on screen. What
- * one welded mesh of the leaves covers, both cover without a hole; and they agree on the silhouette.
+ * the welded meshes of those levels cover, both cover without a hole; and they agree on the silhouette.
  *
  * At the silhouette's edge a coarser level may lie off the leaves by the error on screen that was asked for, and a pixel.
- * Farther inside no background shows, and at any depth none that is closed in.
+ * Farther inside no background shows, and at any depth none where all levels on screen have surface.
  */
 import assert from 'node:assert/strict';
-import { copyFile, mkdir, readFile, writeFile } from 'node:fs/promises';
+import { copyFile, mkdir, writeFile } from 'node:fs/promises';
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { compare, holes, launch, openPage, readMask, serveFolders, settle } from './browser.mjs';
 import { example, hoodoo, makeFolder, removeFolder, testData } from './hoodoo.mjs';
+import { lookInto } from './tiles/look.mjs';
 
 const fov = 50;          // degrees, as in the viewer
 const error = 6;         // pixels on screen
@@ -29,6 +30,9 @@ function sceneAt(dem, u, v, s, [width, height], bake = {}) {
   };
 }
 
+/** Sea cliffs whose tiles are all written as several slabs of z. */
+const slabs = { tile_triangles: 1000, tile_cells: 64 };
+
 /** What to draw: a scene, and cameras as parts of the world's box, z from its floor in its longer side. */
 const worlds = [
   {
@@ -44,6 +48,11 @@ const worlds = [
     name: 'sea cliffs with a hole', dem: 'seacliff_aoi4_1m_utm10n_f32_nodata.tif',
     scene: (folder, dem) => writeFile(join(folder, 'scene.json'), JSON.stringify(sceneAt(dem, 0.75, 0.5, 1, [427, 721]))),
     cameras: { whole: [[-0.3, -0.5, 0.7], [0.5, 0.5, 0.05]], 'along the cliff': [[0.3, 0.05, 0.2], [0.6, 0.9, 0.05]] },
+  },
+  {
+    name: 'the same in slabs', dem: 'seacliff_aoi4_1m_utm10n_f32_nodata.tif',
+    scene: (folder, dem) => writeFile(join(folder, 'scene.json'), JSON.stringify(sceneAt(dem, 0.75, 0.5, 1, [427, 721], slabs))),
+    cameras: { whole: [[-0.3, -0.5, 0.7], [0.5, 0.5, 0.05]] },
   },
   {
     name: 'canyons in Zion', dem: 'zion_90m_epsg4326_u16.tif',
@@ -67,21 +76,6 @@ const worlds = [
 let browser;
 before(async () => { browser = await launch(); });
 after(() => browser?.close());
-
-/** Root box, and the leaves and the level of each file, by a tileset's folder. */
-async function lookInto(folder) {
-  const bake = JSON.parse(await readFile(join(folder, 'bake.json'), 'utf8'));
-  const levels = new Map();
-  const leaves = [];
-  for (const { key, content } of bake.tiles) {
-    if (!content) continue;
-    const level = Number(key.split('/')[0]);
-    levels.set(`${content}.glb`, level);
-    if (level === 0) leaves.push(`tiles/${content.slice(0, 2)}/${content}.glb`);
-  }
-  const { root } = JSON.parse(await readFile(join(folder, 'tileset.json'), 'utf8'));
-  return { box: root.boundingVolume.box, leaves, levels, transform: root.transform };
-}
 
 /** A point by parts of the box of 3D Tiles: centre, then half axes. */
 function pointIn(box, [u, v, w]) {
@@ -129,7 +123,8 @@ for (const world of worlds) {
   const dem = world.dem && join(testData, 'dem', world.dem);
   const skip = dem && !existsSync(dem) ? `${dem} is not there` : false;
   describe(world.name, { skip }, () => {
-    let work, server, known, leaves;
+    let work, server, known, unsplit;
+    const meshes = new Map();   // numbers by level
 
     before(async () => {
       work = await makeFolder();
@@ -140,41 +135,53 @@ for (const world of worlds) {
       assert.equal(baked.code, 0, baked.stderr);
       known = await lookInto(join(work, 'tileset'));
       server = await serveFolders({ '/tileset/': join(work, 'tileset') });
-      leaves = await openPage(browser, server.url);
-      await leaves.goto(`${server.url}/pages/leaves.html`);
-      await leaves.waitForFunction(() => globalThis.loadLeaves);
-      const mesh = await leaves.evaluate((urls) => globalThis.loadLeaves(urls), known.leaves.map((file) => `/tileset/${file}`));
-      assert.ok(mesh.welded < mesh.vertices, 'neighbours share vertices to the bit');
+      unsplit = await openPage(browser, server.url);
+      await unsplit.goto(`${server.url}/pages/unsplit.html`);
+      await unsplit.waitForFunction(() => globalThis.loadMesh);
     });
     after(async () => {
-      await leaves?.end();
+      await unsplit?.end();
       await server?.close();
       if (work) await removeFolder(work);
     });
 
-    /** The camera for the test and what the leaves cover there. */
-    const look = async ([from, to]) => {
+    const cameraAt = ([from, to]) => {
       const { box } = known;
       const size = 2 * Math.max(box[3], box[7]);
-      const camera = { position: pointIn(box, from), target: pointIn(box, to), fov, near: size / 2000, far: 10 * size };
-      await leaves.evaluate((view) => globalThis.drawLeaves(view), camera);
-      assert.deepEqual(leaves.problems, []);
-      return { camera, solid: await readMask(leaves) };
+      return { position: pointIn(box, from), target: pointIn(box, to), fov, near: size / 2000, far: 10 * size };
+    };
+    const levelsOf = (shown) => new Set(shown.map((file) => known.levels.get(/([0-9a-f]+\.glb)(\?|$)/.exec(file)[1])));
+
+    /** What the leaves cover, then what each other of `levels` does. */
+    const drawUnsplit = async (camera, levels) => {
+      const masks = [];
+      for (const level of new Set([0, ...levels])) {
+        if (!meshes.has(level)) {
+          const files = known.files[level];
+          const mesh = await unsplit.evaluate((urls) => globalThis.loadMesh(urls), files.map((file) => `/tileset/${file}`));
+          assert.ok(files.length === 1 || mesh.welded < mesh.vertices, 'neighbours share vertices to the bit');
+          meshes.set(level, mesh.number);
+        }
+        await unsplit.evaluate(([number, view]) => globalThis.drawMesh(number, view), [meshes.get(level), camera]);
+        masks.push(await readMask(unsplit));
+      }
+      assert.deepEqual(unsplit.problems, []);
+      return masks;
     };
 
     for (const [name, view] of Object.entries(world.cameras)) {
       test(`${name}: no background inside what the leaves cover, and the same silhouette`, async (t) => {
-        const { levels } = known;
-        const { camera, solid } = await look(view);
+        const camera = cameraAt(view);
         const drawn = { three: await drawByThree(server, camera), cesium: await drawByCesium(server, camera) };
         for (const [viewer, { mask, shown, problems }] of Object.entries(drawn)) {
           assert.deepEqual(problems, [], viewer);
-          assert.deepEqual([mask.width, mask.height], [solid.width, solid.height], viewer);
-          const onScreen = new Set(shown.map((file) => levels.get(/([0-9a-f]+\.glb)(\?|$)/.exec(file)[1])));
+          const onScreen = levelsOf(shown);
           assert.ok(onScreen.size > 1, `${viewer} shows several levels at once, not ${[...onScreen]}`);
-          const found = holes(mask, solid, error + 1);
+          const solids = await drawUnsplit(camera, onScreen);
+          assert.deepEqual([mask.width, mask.height], [solids[0].width, solids[0].height], viewer);
+          const found = holes(mask, solids, error + 1);
           t.diagnostic(`${viewer}: ${shown.length} tiles of levels ${[...onScreen].sort()}, holes ${JSON.stringify(found)}`);
-          assert.deepEqual(found, { deep: 0, enclosed: 0 }, viewer);
+          assert.deepEqual(found, { deep: 0, cracks: 0 }, viewer);
         }
         if (known.transform) {
           const [longitude, latitude, height] = drawn.cesium.middle, [x, y] = await middleOf(dem);
@@ -185,7 +192,7 @@ for (const world of worlds) {
         }
         const { covered, share } = compare(drawn.three.mask, drawn.cesium.mask);
         t.diagnostic(`${covered} pixels covered, the viewers differ by ${(100 * share).toFixed(3)} %`);
-        assert.ok(covered > 0.1 * solid.bits.length, 'the terrain is in the picture');
+        assert.ok(covered > 0.1 * drawn.three.mask.bits.length, 'the terrain is in the picture');
         assert.ok(share <= most, `the silhouettes differ by ${100 * share} %`);
       });
     }
@@ -193,10 +200,9 @@ for (const world of worlds) {
     test('The measure sees the cracks between levels that skirts close', async (t) => {
       let found = 0;
       for (const view of Object.values(world.cameras)) {
-        const { camera, solid } = await look(view);
-        const { mask } = await drawByThree(server, camera, { skirts: false });
-        const { deep, enclosed } = holes(mask, solid, error + 1);
-        found += deep + enclosed;
+        const camera = cameraAt(view);
+        const { mask, shown } = await drawByThree(server, camera, { skirts: false });
+        found += holes(mask, await drawUnsplit(camera, levelsOf(shown)), error + 1).cracks;
       }
       t.diagnostic(`${found} pixels without skirts`);
       assert.ok(found > 0);

@@ -1,44 +1,47 @@
 #pragma once
 #include <chrono>
 #include <functional>
-#include <future>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <thread>
 
-#include "server/job/job.hpp"
+#include "engine/base/file.hpp"
+#include "server/job/queue.hpp"
 
 namespace hoodoo {
 
 /// A scene that has no problems.
 inline nlohmann::json good_scene() { return {{"hoodoo", 1}, {"name", "hill"}}; }
 
-/// Bakes no terrain: takes any scene but {"bad": ...}, and does `bake` for each job.
-inline job::Engine engine_of(
-    std::function<bake::Report(const std::filesystem::path&, const bake::Settings&)> bake) {
-  return {[](const nlohmann::json& scene, const scene::Sources&) {
+/// A request to bake it.
+inline job::Request bake_of(const nlohmann::json& scene) {
+  return {std::string(job::bake_process), {{"scene", scene}}, 0, "", ""};
+}
+
+/// Bakes no terrain: takes any scene but {"bad": ...}, and does `run` for each job.
+inline job::Engine engine_of(std::function<job::Outcome(const job::Work&)> run) {
+  return {[](const std::filesystem::path& file) {
             std::vector<Problem> problems;
-            if (scene.contains("bad")) problems = {{"/bad", "is an unknown key"}};
+            if (nlohmann::json::parse(read_file(file, 1u << 20)).contains("bad")) {
+              problems = {{"/bad", "is an unknown key"}};
+            }
             return problems;
           },
-          [bake = std::move(bake)](
-              const nlohmann::json&, const scene::Sources&, const std::filesystem::path& folder,
-              const bake::Settings& settings) { return bake(folder, settings); }};
+          std::move(run)};
 }
 
 /// Waits for a stop request as a bake does, then throws what a bake throws.
-inline bake::Report until_stopped(const bake::Settings& settings) {
-  while (!settings.stop.stop_requested()) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+inline job::Outcome until_stopped(const job::Work& work) {
+  while (!work.stop.stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   throw Error(Fault::cancelled, "", "stopped");
 }
 
-inline bake::Report finished() {
-  bake::Report report;
-  report.complete = true;
-  report.progress.phase = bake::Progress::Phase::done;
-  report.progress.done = report.progress.total = 3;
-  return report;
+inline job::Outcome finished() {
+  job::Outcome outcome;
+  outcome.complete = true;
+  outcome.progress.phase = bake::Progress::Phase::done;
+  outcome.progress.done = outcome.progress.total = 3;
+  return outcome;
 }
 
 /// The job once it has `status`; fails the test's patience after ten seconds.

@@ -1,6 +1,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <vector>
 
 #include "engine/base/error.hpp"
 #include "engine/base/file.hpp"
@@ -38,8 +39,13 @@ class Walk {
       return Error(Fault::bad_input, (folder_ / path).string(), why);
     };
     if (!tile.is_object()) throw refuse("has a tile that is no object");
-    if (tile.contains("content")) {
-      const auto& content = tile.at("content");
+    std::vector<json> contents;
+    if (tile.contains("content")) contents.push_back(tile.at("content"));
+    if (tile.contains("contents")) {
+      if (!tile.at("contents").is_array()) throw refuse("has contents that are no list");
+      for (const auto& content : tile.at("contents")) contents.push_back(content);
+    }
+    for (const auto& content : contents) {
       if (!content.is_object() || !content.contains("uri") || !content.at("uri").is_string()) {
         throw refuse("has a content without a uri");
       }

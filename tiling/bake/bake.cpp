@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -52,6 +51,8 @@ class Watch {
 
 /// A digest of all that the tiles of a scene depend on.
 Digest digest_of(const scene::Scene& scene) {
+  std::vector<Digest> balls;
+  const auto named = tree::without_balls(scene.ground, balls);
   json all = {
       {"engine", slice::engine_version()},
       {"frame", {scene.frame.crs, scene.frame.origin_x, scene.frame.origin_y}},
@@ -60,10 +61,16 @@ Digest digest_of(const scene::Scene& scene) {
       {"simplify", {scene.bake.simplify, scene.bake.simplify_coarse}},
       {"tile_cells", scene.bake.tile_cells},
       {"world", {scene.extent.min.x, scene.extent.min.y, scene.extent.max.x, scene.extent.max.y}},
-      {"ground", tree::to_json(scene.ground)},
+      {"ground", tree::to_json(named)},
       {"pyramids", json::array()}};
   for (const auto& pyramid : scene.pyramids) all["pyramids"].push_back(pyramid->digest().hex());
+  for (const auto& list : balls) all["balls"].push_back(list.hex());
+  if (scene.floor) all["floor"] = *scene.floor;
   if (scene.bake.draco_speed != 5) all["draco_speed"] = scene.bake.draco_speed;
+  if (scene.bake.keep_thin) all["keep_thin"] = true;
+  if (scene.bake.tile_triangles != scene::BakeSettings::default_tile_triangles) {
+    all["tile_triangles"] = scene.bake.tile_triangles;
+  }
   if (!scene.frame.vertical.empty()) all["vertical"] = scene.frame.vertical;
   return sha256(all.dump());
 }
@@ -80,24 +87,27 @@ class Run {
     scene::OpenSettings open;
     open.cache = folder_ / elevations_path();
     open.ingest.memory = settings_.memory / 4;
+    open.ball_memory = settings_.memory / 16;
     open.ingest.threads = settings_.threads;
     open.ingest.stop = settings_.stop;
     open.ingest.progress = [this](double part) {
       watch_.change([part](Progress& p) { p.ingest = std::max(p.ingest, part); });
     };
-    const auto from = std::chrono::steady_clock::now();
-    std::chrono::steady_clock::time_point checked = from;
+    using Clock = std::chrono::steady_clock;
+    const auto from = Clock::now();
+    auto checked = from, ingested = from;
     open.checked = [&] {
-      checked = std::chrono::steady_clock::now();
+      checked = Clock::now();
       use_.emplace(folder_, settings_.stop);
     };
+    open.ingested = [&] { ingested = Clock::now(); };
     scene_ = scene::open(scene, sources, open);
-    opening_ = checked - from;
+    opening_ = (checked - from) + (Clock::now() - ingested);
     earth_ = dem::earth_of(scene_.frame);
   }
 
   void plan() {
-    const auto plan = plan::make(scene_);
+    auto plan = plan::make(scene_);
     index_.engine = slice::engine_version();
     index_.scene_name = scene_.name;
     index_.scene = digest_of(scene_);
@@ -105,35 +115,50 @@ class Run {
     index_.frame = scene_.frame;
     index_.lattice = plan.lattice;
     index_.levels = plan.levels;
-    index_.planned = plan.tiles;
+    index_.tiles = std::move(plan.tiles);
+    index_.read = [this](const plan::Tile& tile) { return read_record(folder_, tile.slice); };
     index_.materials = scene_.ground.materials;
     choose_part();
     watch_.change([&](Progress& p) {
       p.phase = Progress::Phase::tiles;
-      p.total = part_.size();
+      p.total = part_;
     });
   }
 
   /// Coarse levels first, so that a viewer can follow.
   void bake_tiles() {
-    std::stable_sort(part_.begin(), part_.end(),
-                     [](const auto& a, const auto& b) { return a.level > b.level; });
-    for_each(part_, [this](const plan::Key& key) { bake_one(key); });
+    for_each([this](plan::Tile& tile) {
+      if (tile.ours) bake_one(tile);
+    });
   }
 
   /// The index of what is finished, by this run or others.
   void index() {
     watch_.change([](Progress& p) { p.phase = Progress::Phase::index; });
-    for_each(others_, [this](Other& other) {
-      other.slice = slice::cut(scene_, index_.lattice, other.key).hash();
+    for_each([this](plan::Tile& tile) {
+      if (!tile.ours) tile.slice = slice::cut(scene_, index_.lattice, tile.key()).hash();
     });
-    use_->end(
-        index_, [this] { gather(); }, settings_.threads, settings_.stop);
+    written_ = use_->end(
+        index_, scene_.ball_files, [this] { gather(); }, settings_.threads, settings_.stop);
+  }
+
+  /// What the plan is, instead of a bake.
+  Report plan_report() {
+    watch_.change([this](Progress& p) {
+      p.phase = Progress::Phase::done;
+      p.total = index_.tiles.size();
+    });
+    Planned planned{{}, index_.tiles.capacity() * sizeof(plan::Tile)};
+    for (const auto& tile : index_.tiles) {
+      planned.tiles.resize(static_cast<std::size_t>(tile.level) + 1);
+      ++planned.tiles.back();
+    }
+    return {watch_.progress(), scene_.warnings, false, std::nullopt, planned};
   }
 
   void measure() {
     if (!settings_.stats) return;
-    stats_ = measure_scene(scene_, index_.lattice, index_.planned);
+    stats_ = measure_scene(scene_, index_.lattice, index_.tiles);
     stats_->generation = opening_.count();
   }
 
@@ -141,49 +166,42 @@ class Run {
     watch_.change([this](Progress& p) {
       const auto baked = p.done - p.reused - p.cached;
       p.phase = Progress::Phase::done;
-      p.total = index_.planned.size();
-      p.done = index_.records.size();
+      p.total = index_.tiles.size();
+      p.done = written_.tiles;
       p.reused = p.done - p.cached - baked;
-      p.triangles = p.bytes = 0;
-      for (const auto& record : index_.records) {
-        p.triangles += record.triangles;
-        p.bytes += record.bytes;
-      }
+      p.triangles = written_.triangles;
+      p.bytes = written_.bytes;
     });
     auto warnings = scene_.warnings;
     if (cache_ && !cache_->warning().empty()) warnings.push_back(cache_->warning());
-    return {watch_.progress(), std::move(warnings), index_.complete(), stats_};
+    return {watch_.progress(), std::move(warnings), index_.complete(), stats_, std::nullopt};
   }
 
  private:
-  /// A tile that this run leaves to others, and looks for at its end.
-  struct Other {
-    plan::Key key;
-    Digest slice;
-  };
-
   void choose_part() {
-    part_ = index_.planned;
-    if (settings_.shard) part_ = plan::tiles_of(*settings_.shard, index_.planned);
-    if (settings_.only) {
-      if (!std::ranges::binary_search(index_.planned, *settings_.only)) {
+    auto& tiles = index_.tiles;
+    if (settings_.shard) {
+      plan::choose(*settings_.shard, tiles);
+    } else if (settings_.only) {
+      auto* only = plan::find(std::span<plan::Tile>(tiles), *settings_.only);
+      if (only == nullptr) {
         throw Error(Fault::bad_input, "--only",
                     settings_.only->text() + " is not a tile of this bake");
       }
-      part_ = {*settings_.only};
+      only->ours = true;
+    } else {
+      for (auto& tile : tiles) tile.ours = true;
     }
-    std::ranges::sort(part_);
-    for (const auto& key : index_.planned) {
-      if (!std::ranges::binary_search(part_, key)) others_.push_back({key, {}});
-    }
+    part_ = static_cast<std::size_t>(std::ranges::count(tiles, true, &plan::Tile::ours));
   }
 
-  template <class Items, class Step>
-  void for_each(Items& items, Step step) {
+  /// Calls `step` for all tiles, the coarsest level first, from all threads.
+  template <class Step>
+  void for_each(Step step) {
     tbb::task_arena arena(settings_.threads);
     arena.execute([&] {
-      tbb::parallel_for_each(items.begin(), items.end(), [&](auto& item) {
-        if (!settings_.stop.stop_requested()) step(item);
+      tbb::parallel_for_each(index_.tiles.rbegin(), index_.tiles.rend(), [&](plan::Tile& tile) {
+        if (!settings_.stop.stop_requested()) step(tile);
       });
     });
     if (settings_.stop.stop_requested()) throw_cancelled();
@@ -191,8 +209,8 @@ class Run {
 
   enum class Source { folder, cache, baked };
 
-  void bake_one(const plan::Key& key) {
-    const auto slice = slice::cut(scene_, index_.lattice, key);
+  void bake_one(plan::Tile& tile) {
+    const auto slice = slice::cut(scene_, index_.lattice, tile.key());
     const auto hash = slice.hash();
     auto source = Source::folder;
     auto record = settings_.force ? std::nullopt : find_finished(hash, folder_);
@@ -211,29 +229,31 @@ class Run {
       p.cached += source == Source::cache ? 1 : 0;
       p.triangles += record->triangles;
       p.bytes += record->bytes;
-      index_.records.push_back(*record);
+      tile.slice = hash;
+      tile.finished = true;
+      tile.empty = record->empty;
       if (settings_.live_index) show_live();
     });
   }
 
   void gather() {
-    std::mutex mutex;
-    for_each(others_, [&](const Other& other) {
-      auto record = find_finished(other.slice, folder_);
-      if (!record) return;
-      const std::lock_guard lock(mutex);
-      index_.records.push_back(std::move(*record));
+    for_each([&](plan::Tile& tile) {
+      if (tile.ours) return;
+      const auto record = find_finished(tile.slice, folder_);
+      tile.finished = record.has_value();
+      tile.empty = record && record->empty;
     });
-    std::sort(index_.records.begin(), index_.records.end(),
-              [](const auto& a, const auto& b) { return a.key < b.key; });
   }
 
-  /// Rewrites the index of the tiles so far.
+  /// Rewrites the index of the tiles so far, for a tenth of the time at most.
   void show_live() {
     const auto now = std::chrono::steady_clock::now();
-    if (index_.complete() || now - shown_ < *settings_.live_index) return;
-    shown_ = now;
-    tileset::write_index(index_, tileset::estimate_errors(index_), folder_);
+    if (now < show_next_ || index_.complete()) return;
+    tileset::estimate_errors(index_);
+    tileset::write_index(index_, folder_);
+    const auto end = std::chrono::steady_clock::now();
+    show_next_ = end + std::max<std::chrono::steady_clock::duration>(*settings_.live_index,
+                                                                     10 * (end - now));
   }
 
   const fs::path& folder_;
@@ -243,10 +263,10 @@ class Run {
   std::unique_ptr<store::Cache> cache_;
   scene::Scene scene_;
   std::optional<dem::Earth> earth_;
-  std::vector<plan::Key> part_;  // this run's to bake
-  std::vector<Other> others_;
-  tileset::Bake index_;  // its records grow under the watch's lock
-  std::chrono::steady_clock::time_point shown_{};
+  std::size_t part_ = 0;  // how many tiles are this run's to bake
+  tileset::Index index_;  // what is finished is noted under the watch's lock
+  tileset::Written written_;
+  std::chrono::steady_clock::time_point show_next_{};
   std::chrono::duration<double> opening_{};
   std::optional<Statistics> stats_;
 };
@@ -258,9 +278,10 @@ Report run(const json& scene, const scene::Sources& sources, const fs::path& fol
   Run run(folder, settings);
   run.open(scene, sources);  // elevations in the scene frame, every value resolved
   run.plan();                // tile keys
-  run.bake_tiles();          // each: slice, field, volume, surface, lod, glb, store
-  run.index();               // measured errors, tilesets, bake.json
-  run.measure();             // if asked: the figures of a scene
+  if (settings.plan_only) return run.plan_report();
+  run.bake_tiles();  // each: slice, field, volume, surface, lod, glb, store
+  run.index();       // measured errors, tilesets, bake.json
+  run.measure();     // if asked: the figures of a scene
   return run.report();
 }
 

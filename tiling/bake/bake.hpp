@@ -30,6 +30,7 @@ struct Settings {
   std::size_t memory = std::size_t{1024} << 20;  // [bytes]
   std::optional<plan::Key> only;                 // bake this tile alone,
   std::optional<plan::Shard> shard;              // or this part of the plan alone
+  bool plan_only = false;                        // ingest and plan, and bake nothing
   bool stats = false;                            // measure the scene, too
   bool force = false;                            // bake tiles again that are finished
   /// Finished tiles of any bakes, shared with others; empty: none. See store::Cache.
@@ -41,11 +42,18 @@ struct Settings {
   std::optional<std::chrono::milliseconds> live_index;
 };
 
+/// What a plan is.
+struct Planned {
+  std::vector<std::uint64_t> tiles;  // of each level, the finest first
+  std::size_t memory = 0;            // held for all of them until the bake is done [bytes]
+};
+
 struct Report {
   Progress progress;
   std::vector<std::string> warnings;
   bool complete = false;  // every planned tile is there
   std::optional<Statistics> stats;
+  std::optional<Planned> plan;  // where that was all that was asked for
 };
 
 /// Bakes `scene` (JSON, with files as `sources` allows) into `folder`. What is finished there from

@@ -2,8 +2,8 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <set>
 #include <stop_token>
-#include <vector>
 
 #include "engine/base/lock.hpp"
 #include "tiling/tileset/tileset.hpp"
@@ -17,15 +17,18 @@ class FolderInUse {
   /// Makes the folder. Errors: io, cancelled.
   FolderInUse(std::filesystem::path folder, const std::stop_token& stop);
 
-  /// Ends the use: runs on one folder take turns to call `gather`, which completes the records of
-  /// `bake` by what others finished, and to write the index. It has measured errors when it is
+  /// Ends the use: runs on one folder take turns to call `gather`, which notes in the tiles of
+  /// `index` what others finished, and to write the index. It has measured errors when it is
   /// complete, estimates otherwise. The last of the runs removes what a complete index does not
-  /// name. Errors: io, bad_input (a damaged tile), cancelled.
-  void end(tileset::Bake& bake, const std::function<void()>& gather, int threads,
-           const std::stop_token& stop);
+  /// name; `beside` are files to keep beside the elevations.
+  /// Errors: io, bad_input (a damaged tile), cancelled.
+  tileset::Written end(tileset::Index& index, const std::set<std::filesystem::path>& beside,
+                       const std::function<void()>& gather, int threads,
+                       const std::stop_token& stop);
 
  private:
-  void sweep(const tileset::Bake& bake, const std::vector<std::filesystem::path>& files) const;
+  void sweep(tileset::Index& index, const std::set<std::filesystem::path>& beside,
+             std::vector<std::uint64_t>& slabs) const;
 
   std::filesystem::path folder_;
   std::unique_ptr<FileLock> use_;  // shared by all runs
@@ -33,6 +36,9 @@ class FolderInUse {
 
 /// Where a bake keeps elevations, relative to its folder.
 std::filesystem::path elevations_path();
+
+/// The record of a finished tile in a bake's folder. Errors: not_found, io, bad_input.
+tileset::Record read_record(const std::filesystem::path& folder, const Digest& slice);
 
 /// Where a slice's record stands, relative to the bake's folder.
 std::filesystem::path record_path(const Digest& slice);

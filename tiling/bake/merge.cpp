@@ -1,11 +1,11 @@
 #include "tiling/bake/merge.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/parallel_for_each.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -17,6 +17,7 @@
 #include "tiling/bake/folder.hpp"
 #include "tiling/bake/tile.hpp"
 #include "tiling/store/store.hpp"
+#include "tiling/tileset/manifest.hpp"
 #include "tiling/tileset/tileset.hpp"
 
 namespace hoodoo::bake {
@@ -24,15 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What the index of a part says of the whole; its tiles are read when they are wanted.
 struct Part {
   fs::path folder;
-  tileset::Bake bake;
-};
-
-/// One tile, and the folders that have it.
-struct Tile {
-  tileset::Record record;
-  std::vector<const Part*> parts;
+  tileset::Header header;
+  std::size_t planned = 0;
 };
 
 std::string text_of(const std::vector<Digest>& digests) {
@@ -51,7 +48,8 @@ std::string text_of(const std::vector<tree::Material>& materials) {
 }
 
 /// What must be equal in all parts, by name, as text to compare and to show.
-std::vector<std::pair<std::string, std::string>> traits(const tileset::Bake& bake) {
+std::vector<std::pair<std::string, std::string>> traits(const Part& part) {
+  const auto& bake = part.header;
   const auto& frame = bake.frame;
   return {{"engine", bake.engine},
           {"scene's name", bake.scene_name},
@@ -61,15 +59,16 @@ std::vector<std::pair<std::string, std::string>> traits(const tileset::Bake& bak
           {"step", fmt::format("{} m", bake.lattice.step0)},
           {"cells of a tile", std::to_string(bake.lattice.tile_cells)},
           {"levels", std::to_string(bake.levels)},
+          {"finer sampling of levels", fmt::format("{}", fmt::join(bake.lattice.finer, ", "))},
           {"materials", text_of(bake.materials)},
           {"elevations", text_of(bake.elevations)},
-          {"number of planned tiles", std::to_string(bake.planned.size())}};
+          {"number of planned tiles", std::to_string(part.planned)}};
 }
 
 void compare(const Part& part, const Part& first, std::vector<Problem>& problems) {
   const auto before = problems.size();
   const auto where = (part.folder / "bake.json").string();
-  const auto mine = traits(part.bake), others = traits(first.bake);
+  const auto mine = traits(part), others = traits(first);
   for (std::size_t i = 0; i < mine.size(); ++i) {
     if (mine[i].second == others[i].second) continue;
     problems.push_back({where, fmt::format("is of another bake than {}: its {} is {}, not {}",
@@ -77,15 +76,17 @@ void compare(const Part& part, const Part& first, std::vector<Problem>& problems
                                            others[i].second)});
   }
   if (problems.size() > before) return;
-  const auto differs = [&](const char* what) {
-    problems.push_back(
-        {where, fmt::format("is of another scene than {}: {}", first.folder.string(), what)});
-  };
-  if (part.bake.planned != first.bake.planned) {
-    differs("other tiles are planned");
-  } else if (part.bake.scene != first.bake.scene) {
-    differs("its operations, geology or bake settings are not the same");
-  }
+  if (part.header.scene == first.header.scene) return;
+  problems.push_back({where, fmt::format("is of another scene than {}: its operations, geology or "
+                                         "bake settings are not the same",
+                                         first.folder.string())});
+}
+
+Part read_part(const fs::path& folder) {
+  const auto where = (folder / "bake.json").string();
+  const tileset::ManifestReader reader(folder);
+  return {folder, tileset::read_header(reader, where),
+          tileset::count_of(reader.document(), "planned", where)};
 }
 
 std::vector<Part> read_parts(const std::vector<fs::path>& folders, const fs::path& into) {
@@ -96,37 +97,63 @@ std::vector<Part> read_parts(const std::vector<fs::path>& folders, const fs::pat
       throw Error(Fault::not_found, folder.string(),
                   "has no bake.json: it is no bake, or its run has not ended yet");
     }
-    parts.push_back({folder, tileset::read_bake(folder)});
+    parts.push_back(read_part(folder));
   }
-  if (fs::is_regular_file(into / "bake.json")) parts.push_back({into, tileset::read_bake(into)});
+  if (fs::is_regular_file(into / "bake.json")) parts.push_back(read_part(into));
   for (const auto& part : parts) compare(part, parts.front(), problems);
   if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
   return parts;
 }
 
-std::vector<Tile> collect(const std::vector<Part>& parts) {
-  std::map<plan::Key, Tile> tiles;
-  std::vector<Problem> problems;
-  for (const auto& part : parts) {
-    for (const auto& record : part.bake.records) {
-      auto& tile = tiles.try_emplace(record.key, Tile{record, {}}).first->second;
-      tile.parts.push_back(&part);
-      if (tile.record == record) continue;
-      problems.push_back({(part.folder / "bake.json").string(),
-                          fmt::format("has another tile {} than {}", record.key.text(),
-                                      tile.parts.front()->folder.string())});
-    }
+/// The tiles of the plan, one part after another: those that any part has are finished, and `mark`
+/// names their record.
+class Collection {
+ public:
+  explicit Collection(const std::vector<Part>& parts) {
+    tiles_.reserve(parts.front().planned);
+    for (const auto& part : parts) add(part, parts.front());
+    if (!problems_.empty()) throw Error(Fault::bad_input, std::move(problems_));
   }
-  if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
-  std::vector<Tile> all;
-  for (auto& [key, tile] : tiles) all.push_back(std::move(tile));
-  return all;
-}
+  std::vector<plan::Tile> take() { return std::move(tiles_); }
+
+ private:
+  void add(const Part& part, const Part& first) {
+    const auto where = (part.folder / "bake.json").string();
+    tileset::ManifestReader reader(part.folder);
+    std::size_t place = 0;
+    for (; const auto entry = reader.next(); ++place) {
+      if (&part == &first) tiles_.emplace_back(entry->key);
+      if (place == tiles_.size() || tiles_[place].key() != entry->key) {
+        throw Error(Fault::bad_input, where,
+                    fmt::format("is of another scene than {}: other tiles are planned",
+                                first.folder.string()));
+      }
+      if (!entry->missing) add(tiles_[place], entry->record, where);
+    }
+    tileset::expect_all_planned(place, reader, where);
+  }
+
+  void add(plan::Tile& tile, const tileset::Record& record, const std::string& where) {
+    const auto mark = sha256(tileset::to_json(record).dump()).start();
+    if (tile.finished && (tile.slice != record.slice || tile.mark != mark)) {
+      problems_.push_back(
+          {where, "has another tile " + record.key.text() + " than a folder before it"});
+      return;
+    }
+    tile.finished = true;
+    tile.empty = record.empty;
+    tile.slice = record.slice;
+    tile.mark = mark;
+  }
+
+  std::vector<plan::Tile> tiles_;
+  std::vector<Problem> problems_;
+};
 
 /// Copies what is the same in every bake of the scene, and is missing in `into`.
 void copy_elevations(const std::vector<Part>& parts, const fs::path& into,
                      const std::stop_token& stop) {
-  for (const auto& digest : parts.front().bake.elevations) {
+  for (const auto& digest : parts.front().header.elevations) {
     const auto place = elevations_path() / digest.hex();
     const FileLock lock(into / (place.string() + ".lock"), FileLock::Kind::exclusive, stop);
     if (fs::exists(into / place / "pyramid.json")) continue;
@@ -143,74 +170,98 @@ void copy_elevations(const std::vector<Part>& parts, const fs::path& into,
   }
 }
 
-/// Copies a tile from the first part that has it undamaged. True if it was not there.
-bool copy(const Tile& tile, const fs::path& into) {
-  const bool is_new = find_finished(tile.record.slice, into) != tile.record;
-  const auto record = into / record_path(tile.record.slice);
-  std::optional<Error> damaged;
-  for (const auto* part : tile.parts) {
+/// Copies tiles, each from the first part that has it undamaged.
+class Copying {
+ public:
+  Copying(std::span<plan::Tile> tiles, const fs::path& into, const MergeSettings& settings)
+      : tiles_(tiles), into_(into), settings_(settings) {
+    for (auto& tile : tiles_) tile.ours = tile.finished;  // still to be copied
+  }
+
+  std::uint64_t run(const std::vector<Part>& parts) {
+    for (const auto& part : parts) {
+      tileset::ManifestReader reader(part.folder);
+      for (bool more = true; more;) more = copy_some(part, reader);
+    }
+    std::vector<Problem> problems;
+    for (const auto& [key, error] : damaged_) {
+      problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+    }
+    std::ranges::sort(problems, {}, &Problem::where);
+    if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
+    return copied_;
+  }
+
+ private:
+  /// False at the part's end.
+  bool copy_some(const Part& part, tileset::ManifestReader& reader) {
+    constexpr std::size_t at_once = 1024;
+    std::vector<tileset::Record> records;
+    bool more = true;
+    while (more && records.size() < at_once) {
+      auto entry = reader.next();
+      more = entry.has_value();
+      if (!more || entry->missing || !plan::find(tiles_, entry->key)->ours) continue;
+      records.push_back(std::move(entry->record));
+    }
+    tbb::task_arena arena(settings_.threads);
+    arena.execute([&] {
+      tbb::parallel_for_each(records.begin(), records.end(), [&](const tileset::Record& record) {
+        if (!settings_.stop.stop_requested()) copy(part, record);
+      });
+    });
+    if (settings_.stop.stop_requested()) throw Error(Fault::cancelled, "", "stopped");
+    return more;
+  }
+
+  void copy(const Part& part, const tileset::Record& record) {
+    const bool is_new = find_finished(record.slice, into_) != record;
     try {
-      if (!tile.record.empty) {
-        store::put_tile(into, store::get_tile(part->folder, tile.record.content));
+      for (const auto& file : record.files()) {
+        store::put_tile(into_, store::get_tile(part.folder, file.content));
       }
-      if (is_new) write_file(record, tileset::to_json(tile.record).dump());
-      return is_new;
     } catch (const Error& error) {
       if (error.fault != Fault::bad_input && error.fault != Fault::not_found) throw;
-      damaged = error;
+      const std::lock_guard lock(mutex_);
+      damaged_.insert_or_assign(record.key, error);
+      return;
     }
+    if (is_new) {
+      write_file(into_ / record_path(record.slice), tileset::to_json(record).dump());
+    }
+    const std::lock_guard lock(mutex_);
+    plan::find(tiles_, record.key)->ours = false;
+    copied_ += is_new ? 1 : 0;
+    damaged_.erase(record.key);
   }
-  throw Error(*damaged);
-}
 
-std::uint64_t copy_all(const std::vector<Tile>& tiles, const fs::path& into,
-                       const MergeSettings& settings) {
-  std::atomic<std::uint64_t> copied = 0;
-  std::vector<Problem> damaged;
-  std::mutex mutex;
-  tbb::task_arena arena(settings.threads);
-  arena.execute([&] {
-    tbb::parallel_for_each(tiles.begin(), tiles.end(), [&](const Tile& tile) {
-      if (settings.stop.stop_requested()) return;
-      try {
-        copied += copy(tile, into) ? 1 : 0;
-      } catch (const Error& error) {
-        if (error.fault != Fault::bad_input && error.fault != Fault::not_found) throw;
-        const std::lock_guard lock(mutex);
-        damaged.insert(damaged.end(), error.problems.begin(), error.problems.end());
-      }
-    });
-  });
-  if (settings.stop.stop_requested()) throw Error(Fault::cancelled, "", "stopped");
-  std::ranges::sort(damaged, {}, &Problem::where);
-  if (!damaged.empty()) throw Error(Fault::bad_input, std::move(damaged));
-  return copied;
-}
-
-std::vector<plan::Key> missing_of(const tileset::Bake& bake) {
-  std::vector<plan::Key> missing, finished;
-  for (const auto& record : bake.records) finished.push_back(record.key);
-  std::ranges::set_difference(bake.planned, finished, std::back_inserter(missing));
-  return missing;
-}
+  std::span<plan::Tile> tiles_;
+  const fs::path& into_;
+  const MergeSettings& settings_;
+  std::mutex mutex_;
+  std::uint64_t copied_ = 0;
+  std::map<plan::Key, Error> damaged_;  // in all parts so far
+};
 
 }  // namespace
 
 MergeReport merge(const std::vector<fs::path>& folders, const fs::path& into,
                   const MergeSettings& settings) {
   const auto parts = read_parts(folders, into);
-  const auto tiles = collect(parts);
+  tileset::Index index;
+  static_cast<tileset::Header&>(index) = parts.front().header;
+  index.tiles = Collection(parts).take();
+  index.read = [&into](const plan::Tile& tile) { return read_record(into, tile.slice); };
   FolderInUse use(into, settings.stop);
   copy_elevations(parts, into, settings.stop);
   MergeReport report;
-  report.copied = copy_all(tiles, into, settings);
-  auto bake = parts.front().bake;
-  bake.records.clear();
-  for (const auto& tile : tiles) bake.records.push_back(tile.record);
+  report.copied = Copying(index.tiles, into, settings).run(parts);
+  report.tiles = index.finished();
+  for (const auto& tile : index.tiles) {
+    if (!tile.finished) report.missing.push_back(tile.key());
+  }
   use.end(
-      bake, [] {}, settings.threads, settings.stop);
-  report.tiles = bake.records.size();
-  report.missing = missing_of(bake);
+      index, {}, [] {}, settings.threads, settings.stop);
   return report;
 }
 

@@ -18,26 +18,12 @@
 namespace hoodoo::bake {
 namespace {
 
-constexpr std::uint64_t bytes_per_ball = 44;
 constexpr int columns_per_tile = 4;
 
 double processor_seconds() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-std::uint64_t memory_of(const tree::Node& tree) {
-  std::uint64_t bytes = sizeof(tree::Node);
-  std::visit(
-      [&](const auto& node) {
-        if constexpr (tree::Swarm<std::remove_cvref_t<decltype(node)>>) {
-          bytes += bytes_per_ball * node.balls.size();
-        }
-      },
-      tree.value);
-  for (const auto& child : tree.children) bytes += memory_of(child);
-  return bytes;
 }
 
 std::uint64_t multiplied(std::uint64_t of_part, double by) {
@@ -52,11 +38,11 @@ class Measuring {
   void whole() {
     for (const auto& step : scene_.ground.steps) {
       all_.nodes += tree::count(step.tree);
-      all_.memory += memory_of(step.tree);
+      all_.memory += tree::memory(step.tree);
     }
     if (scene_.ground.geology) {
       all_.nodes += tree::count(*scene_.ground.geology);
-      all_.memory += memory_of(*scene_.ground.geology);
+      all_.memory += tree::memory(*scene_.ground.geology);
     }
     const Vec3 size = scene_.extent.max - scene_.extent.min;
     for (std::size_t a = 0; a < 3; ++a) {
@@ -187,18 +173,17 @@ class Measuring {
 }  // namespace
 
 Statistics measure_scene(const scene::Scene& scene, const plan::Lattice& lattice,
-                         std::span<const plan::Key> planned) {
-  std::vector<plan::Key> tiles;
-  std::copy_if(planned.begin(), planned.end(), std::back_inserter(tiles),
-               [](const plan::Key& key) { return key.level == 0; });
-  std::sort(tiles.begin(), tiles.end());
+                         std::span<const plan::Tile> planned) {
+  // By key: the finest come first.
+  const auto tiles = planned.first(static_cast<std::size_t>(
+      std::ranges::find_if(planned, [](const auto& t) { return t.level > 0; }) - planned.begin()));
   Statistics all;
   all.tiles = tiles.size();
   all.tiles_measured = std::min(tiles.size(), Statistics::most_tiles);
   Measuring measuring(scene, lattice, all);
   measuring.whole();
   for (std::size_t i = 0; i < all.tiles_measured; ++i) {
-    measuring.tile(tiles[i * tiles.size() / all.tiles_measured]);
+    measuring.tile(tiles[i * tiles.size() / all.tiles_measured].key());
   }
   measuring.multiply();
   return all;

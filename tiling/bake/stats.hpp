@@ -18,7 +18,7 @@ struct Statistics {
 
   double covered = 0;        // a: share of columns over which a tree can act [0, 1]
   std::uint64_t nodes = 0;   // #N, each ball of a list counted
-  double generation = 0;     // from JSON to a checked scene, elevations apart [s]
+  double generation = 0;     // from JSON to what generators made, elevations apart [s]
   std::uint64_t memory = 0;  // of the construction tree, elevations and voxels apart [bytes]
   std::array<std::int64_t, 3> grid{};  // cells
   double seconds = 0;                  // t: slices cut, field, crossings and surface
@@ -37,6 +37,6 @@ struct Statistics {
 /// Measures `scene`, whose finest tiles are those of level 0 in `planned`. `generation` is left at
 /// 0.
 Statistics measure_scene(const scene::Scene& scene, const plan::Lattice& lattice,
-                         std::span<const plan::Key> planned);
+                         std::span<const plan::Tile> planned);
 
 }  // namespace hoodoo::bake

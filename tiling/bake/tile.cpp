@@ -1,12 +1,14 @@
 #include "tiling/bake/tile.hpp"
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/base/file.hpp"
 #include "engine/base/json.hpp"
 #include "tiling/bake/folder.hpp"
 #include "tiling/glb/earth.hpp"
 #include "tiling/glb/glb.hpp"
+#include "tiling/glb/slabs.hpp"
 #include "tiling/lod/lod.hpp"
 #include "tiling/slice/land.hpp"
 #include "tiling/store/store.hpp"
@@ -27,15 +29,31 @@ void add_to_box(Box& box, const surface::Mesh& mesh, const slice::StepPoint& ori
   }
 }
 
-void count(tileset::Record& record, const glb::Content& content) {
-  record.triangles = content.surface.triangles.size();
-  record.skirt_triangles = content.skirt.triangles.size();
-  for (const auto& t : content.surface.triangles) {
-    ++record.materials[content.materials[content.surface.materials[t[0]]].name];
+/// Writes the tile's files and tells the record of them.
+void write_files(const std::vector<glb::Content>& slabs, const slice::Slice& slice,
+                 const dem::Earth* earth, const fs::path& folder, tileset::Record& record) {
+  std::vector<tileset::Slab> files;
+  for (const auto& slab : slabs) {
+    std::optional<glb::Content> moved;
+    const auto& content = slice.earth ? moved.emplace(glb::on_earth(slab, *earth)) : slab;
+    const auto bytes = glb::write(content, slice.profile);
+    tileset::Slab file;
+    file.content = store::put_tile(folder, bytes);
+    file.bytes = bytes.size();
+    file.vertices = glb::vertices_of(bytes);
+    file.triangles = content.surface.triangles.size();
+    file.skirt_triangles = content.skirt.triangles.size();
+    const slice::StepPoint origin{content.origin[0], content.origin[1], content.origin[2]};
+    add_to_box(file.box, content.surface, origin, content.step);
+    add_to_box(file.box, content.skirt, origin, content.step);
+    files.push_back(file);
   }
-  slice::StepPoint origin{content.origin[0], content.origin[1], content.origin[2]};
-  add_to_box(record.box, content.surface, origin, content.step);
-  add_to_box(record.box, content.skirt, origin, content.step);
+  tileset::set_files(record, std::move(files));
+}
+
+/// After the files it names. A record that is damaged costs baking its tile again.
+void write_record(const fs::path& folder, const tileset::Record& record) {
+  write_file_unsynced(folder / record_path(record.slice), tileset::to_json(record).dump());
 }
 
 }  // namespace
@@ -44,15 +62,19 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
                           std::span<const std::shared_ptr<const dem::Pyramid>> pyramids,
                           const dem::Earth* earth, const fs::path& folder) {
   tileset::Record record;
-  record.key = slice.key;
+  record.key = slice.tile();
   record.slice = hash;
 
   slice::Land land(slice, pyramids);
-  const auto volume = volume::sample(land);
-  const auto whole = surface::extract(volume, land);
+  // A worker's tiles follow each other in the same memory.
+  thread_local volume::Volume volume;
+  thread_local surface::Workspace workspace;
+  volume::sample(land, volume);
+  const auto& whole = surface::extract(volume, land, workspace);
   record.empty = whole.triangles.empty();
   if (!record.empty) {
-    const auto [surface, error] = lod::simplify(whole, slice.simplify / slice.step());
+    const auto [surface, error] =
+        lod::simplify(whole, slice.simplify / slice.step(), slice.lattice.units());
     record.simplification = error * slice.step();
     record.world_edges = lod::world_edges(surface);
 
@@ -62,16 +84,16 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
     content.draco_speed = slice.draco_speed;
     for (std::size_t a = 0; a < 3; ++a) content.origin[a] = volume.low()[a] * slice.lattice.units();
     content.surface = surface::shade(surface, land, content.origin);
-    content.skirt = surface::skirts(surface, content.surface, land, content.origin,
-                                    2 * slice.lattice.spacing(slice.key.level + 1));
-    if (slice.earth) content = glb::on_earth(content, *earth);
-    const auto bytes = glb::write(content, slice.profile);
-    count(record, content);
-    record.bytes = bytes.size();
-    record.vertices = glb::vertices_of(bytes);
-    record.content = store::put_tile(folder, bytes);
+    auto skirt = surface::skirts(surface, content.surface, land, content.origin,
+                                 2 * slice.lattice.spacing(slice.tile().level + 1));
+    content.skirt = std::move(skirt);
+    for (const auto material : surface.materials) {
+      ++record.materials[content.materials[material].name];
+    }
+    const auto most = static_cast<std::size_t>(slice.tile_triangles);
+    write_files(glb::slabs(content, skirt.hosts, most), slice, earth, folder, record);
   }
-  write_file(folder / record_path(hash), tileset::to_json(record).dump());
+  write_record(folder, record);
   return record;
 }
 
@@ -80,12 +102,13 @@ std::optional<tileset::Record> find_finished(const Digest& hash, const fs::path&
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return std::nullopt;
   try {
-    const auto where = path.string();
-    auto record = tileset::record_from_json(parse_json(read_file(path, 1 << 20), where), where);
+    auto record = read_record(folder, hash);
     if (record.slice != hash) return std::nullopt;
-    if (record.empty) return record;
-    const auto size = fs::file_size(folder / store::tile_path(record.content), error);
-    return !error && size == record.bytes ? std::optional(std::move(record)) : std::nullopt;
+    for (const auto& file : record.files()) {
+      const auto size = fs::file_size(folder / store::tile_path(file.content), error);
+      if (error || size != file.bytes) return std::nullopt;
+    }
+    return record;
   } catch (const Error&) {
     return std::nullopt;  // a damaged record is baked again
   }
@@ -103,15 +126,29 @@ std::optional<tileset::Record> take_cached(const Digest& hash, const store::Cach
     return std::nullopt;  // of a release with other records
   }
   if (record.slice != hash || record.bytes != entry->tile.size()) return std::nullopt;
-  if (!record.empty && record.content != sha256(entry->tile)) return std::nullopt;
-  if (!record.empty) store::put_tile(folder, entry->tile);
-  write_file(folder / record_path(hash), tileset::to_json(record).dump());
+  const auto files = record.files();
+  std::span<const std::byte> rest = entry->tile;
+  for (const auto& file : files) {
+    if (file.bytes > rest.size() || file.content != sha256(rest.first(file.bytes))) {
+      return std::nullopt;
+    }
+    rest = rest.subspan(file.bytes);
+  }
+  rest = entry->tile;
+  for (const auto& file : files) {
+    store::put_tile(folder, rest.first(file.bytes));
+    rest = rest.subspan(file.bytes);
+  }
+  write_record(folder, record);
   return record;
 }
 
 void add_to_cache(const tileset::Record& record, const fs::path& folder, store::Cache& cache) {
-  std::vector<std::byte> tile;
-  if (!record.empty) tile = store::get_tile(folder, record.content);
+  std::vector<std::byte> tile;  // its files one after another
+  for (const auto& file : record.files()) {
+    const auto bytes = store::get_tile(folder, file.content);
+    tile.insert(tile.end(), bytes.begin(), bytes.end());
+  }
   cache.put(record.slice, tileset::to_json(record).dump(), tile);
 }
 

@@ -9,6 +9,7 @@
 #include "tiling/glb/earth.hpp"
 #include "tiling/glb/glb.hpp"
 #include "tiling/store/store.hpp"
+#include "tiling/tileset/content.hpp"
 
 namespace hoodoo::compare {
 namespace {
@@ -45,14 +46,16 @@ void Surfaces::check_files() const {
     if (++count <= most_problems) problems.push_back({file.string(), std::move(what)});
   };
   for (const auto& [key, record] : tiles_) {
-    const auto file = folder_ / store::tile_path(record->content);
-    std::error_code error;
-    const auto size = fs::file_size(file, error);
-    if (error) {
-      blame(file, fmt::format("tile {} is missing: {}", key.text(), error.message()));
-    } else if (size != record->bytes) {
-      blame(file, fmt::format("tile {} is damaged: it has {} bytes, not {}", key.text(), size,
-                              record->bytes));
+    for (const auto& part : record->files()) {
+      const auto file = folder_ / store::tile_path(part.content);
+      std::error_code error;
+      const auto size = fs::file_size(file, error);
+      if (error) {
+        blame(file, fmt::format("tile {} is missing: {}", key.text(), error.message()));
+      } else if (size != part.bytes) {
+        blame(file, fmt::format("tile {} is damaged: it has {} bytes, not {}", key.text(), size,
+                                part.bytes));
+      }
     }
   }
   if (count > most_problems) {
@@ -106,10 +109,9 @@ std::shared_ptr<const Sheet> Surfaces::sheet(const plan::Key& key) {
 }
 
 std::shared_ptr<const Sheet> Surfaces::load(const tileset::Record& record) const {
-  const auto where = (folder_ / store::tile_path(record.content)).string();
-  const auto bytes = store::get_tile(folder_, record.content);
+  const auto where = fmt::format("{}: tile {}", folder_.string(), record.key.text());
   const double step = manifest_.lattice.step(record.key.level);
-  auto tile = glb::read(bytes, earth_ ? step / glb::finer : step, where);
+  auto tile = tileset::read_tile(folder_, record, earth_ ? step / glb::finer : step);
   if (earth_) tile = glb::from_earth(tile, *earth_, step, where);
   if (tile.surface.triangles.empty()) {
     throw Error(Fault::bad_input, where, "has no surface");

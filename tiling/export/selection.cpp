@@ -7,7 +7,7 @@
 
 #include "engine/base/error.hpp"
 #include "tiling/glb/earth.hpp"
-#include "tiling/store/store.hpp"
+#include "tiling/tileset/content.hpp"
 #include "tiling/tileset/manifest.hpp"
 
 namespace hoodoo::exporting {
@@ -81,9 +81,8 @@ Box Selection::box() const {
 }
 
 glb::Decoded Selection::read(const tileset::Record& record) const {
-  const auto where = (folder_ / store::tile_path(record.content)).string();
-  auto tile = glb::read(store::get_tile(folder_, record.content),
-                        earth_ ? step() / glb::finer : step(), where);
+  const auto where = fmt::format("{}: tile {}", folder_.string(), record.key.text());
+  auto tile = tileset::read_tile(folder_, record, earth_ ? step() / glb::finer : step());
   if (earth_) tile = glb::from_earth(tile, *earth_, step(), where);
   for (const auto id : tile.surface.materials) {
     if (id >= bake_.materials.size()) {

@@ -28,8 +28,8 @@ struct Piece {
 class Weld {
  public:
   /// `split`: a vertex per position and material.
-  Weld(const plan::Lattice& lattice, bool split)
-      : side_(std::int64_t{lattice.units()} * lattice.tile_cells), split_(split) {}
+  Weld(const plan::Lattice& lattice, int level, bool split)
+      : side_(lattice.side(level)), split_(split) {}
 
   /// Tiles come by y, then by x. Vertices are numbered as triangles come to name them.
   Piece add(const plan::Key& key, const glb::Decoded& tile);
@@ -56,7 +56,7 @@ class Weld {
 /// Welds all tiles of `selection` into `sink.add(piece)`, one after another.
 template <class Sink>
 void weld(const Selection& selection, bool split, Sink& sink) {
-  Weld weld(selection.bake().lattice, split);
+  Weld weld(selection.bake().lattice, selection.level(), split);
   for (const auto* record : selection.tiles()) {
     sink.add(weld.add(record->key, selection.read(*record)));
   }

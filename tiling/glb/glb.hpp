@@ -49,9 +49,11 @@ struct Decoded {
   std::array<std::int64_t, 3> origin{};
   double step = 1;
 };
-/// Reads back what `write` wrote; `step` [m] as it was then, or 0 for what the file says. Errors:
-/// bad_input naming `where`, when the bytes are no such file, or a position is not a multiple of
-/// the step.
-Decoded read(const std::vector<std::byte>& bytes, double step, const std::string& where);
+enum class Wanted : std::uint8_t { all, surface };
+/// Reads back what `write` wrote, or its surface alone; `step` [m] as it was then, or 0 for what
+/// the file says. Errors: bad_input naming `where`, when the bytes are no such file, or a position
+/// is not a multiple of the step.
+Decoded read(const std::vector<std::byte>& bytes, double step, const std::string& where,
+             Wanted wanted = Wanted::all);
 
 }  // namespace hoodoo::glb

@@ -193,7 +193,7 @@ Decoded::Part to_part(const File& file, Primitive primitive, double step) {
   return part;
 }
 
-Decoded decode(const File& file, double step) {
+Decoded decode(const File& file, double step, Wanted wanted) {
   Decoded decoded;
   if (step == 0) {
     step = file.root().at("asset").at("extras").at("hoodoo").at("step").get<double>();
@@ -213,6 +213,7 @@ Decoded decode(const File& file, double step) {
     const json extras = source.value("extras", json::object());
     const json mark = extras.is_object() ? extras.value("hoodoo", json::object()) : json::object();
     const bool skirt = mark.is_object() && mark.value("role", "") == "skirt";
+    if (skirt && wanted == Wanted::surface) continue;
     auto& part = skirt ? decoded.skirt : decoded.surface;
     if (!part.triangles.empty()) throw file.refuse("has more primitives than a tile");
     part = to_part(file, read_primitive(file, source), step);
@@ -222,10 +223,11 @@ Decoded decode(const File& file, double step) {
 
 }  // namespace
 
-Decoded read(const std::vector<std::byte>& bytes, double step, const std::string& where) {
+Decoded read(const std::vector<std::byte>& bytes, double step, const std::string& where,
+             Wanted wanted) {
   const File file(bytes, where);
   try {
-    return decode(file, step);
+    return decode(file, step, wanted);
   } catch (const json::exception& error) {
     throw file.refuse(std::string("is not a tile of hoodoo: ") + error.what());
   }

@@ -45,15 +45,29 @@ Buckets::Buckets(std::span<const Vec3> points, std::span<const Triangle> triangl
   low_ = box.min;
   high_ = box.max;
   choose_size(side);
+  std::vector<Cell> cells;
+  cells.reserve(points.size());
+  for (const auto& p : points) cells.push_back(cell(p));
+  // The buckets of each triangle, one after the other, counted on the way.
+  std::vector<std::uint32_t> buckets, ends;
+  buckets.reserve(4 * triangles.size());
+  ends.reserve(triangles.size());
+  boxes_.reserve(triangles.size());
   first_.assign(index({size_[0] - 1, size_[1] - 1, size_[2] - 1}) + 2, 0);
-  for (const auto& triangle : corners_) {
-    for_each_cell(triangle, [&](const Cell& c) { ++first_[index(c) + 1]; });
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const auto& [i, j, k] = triangles[t];
+    for_each_cell(corners_[t], around(cells[i], cells[j], cells[k]), [&](const Cell& c) {
+      buckets.push_back(static_cast<std::uint32_t>(index(c)));
+      ++first_[buckets.back() + 1];
+    });
+    ends.push_back(static_cast<std::uint32_t>(buckets.size()));
+    boxes_.push_back(box_of(corners_[t]));
   }
   for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
   members_.resize(first_.back());
   std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (std::uint32_t t = 0; t < corners_.size(); ++t) {
-    for_each_cell(corners_[t], [&](const Cell& c) { members_[next[index(c)]++] = t; });
+  for (std::uint32_t t = 0, m = 0; t < ends.size(); ++t) {
+    for (; m < ends[t]; ++m) members_[next[buckets[m]]++] = t;
   }
 }
 
@@ -67,6 +81,9 @@ void Buckets::choose_size(double side) {
   for (int axis = 0; axis < 3; ++axis) {
     size_[static_cast<std::size_t>(axis)] = static_cast<std::int32_t>(along(axis));
   }
+  // Places and boxes are rounded, and subtracted.
+  slack_ = static_cast<float>(std::max(std::max(extent.x, extent.y), extent.z)) *
+           (4 * std::numeric_limits<float>::epsilon());
 }
 
 Buckets::Cell Buckets::cell(const Vec3& p) const {
@@ -79,16 +96,39 @@ Buckets::Cell Buckets::cell(const Vec3& p) const {
   return result;
 }
 
+Buckets::Range Buckets::around(const Cell& i, const Cell& j, const Cell& k) {
+  Range range{i, i};
+  for (std::size_t a = 0; a < 3; ++a) {
+    range.low[a] = std::min(std::min(i[a], j[a]), k[a]);
+    range.high[a] = std::max(std::max(i[a], j[a]), k[a]);
+  }
+  return range;
+}
+
+/// Relative to the lowest corner of all, so that small numbers are rounded.
+Buckets::Bounds Buckets::box_of(const Corners& triangle) const {
+  const auto& [a, b, c] = triangle;
+  Bounds bounds{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double least = std::min(std::min(a[axis], b[axis]), c[axis]) - low_[axis];
+    const double most = std::max(std::max(a[axis], b[axis]), c[axis]) - low_[axis];
+    const auto at = static_cast<std::size_t>(axis);
+    bounds.low[at] = static_cast<float>(least) - slack_;
+    bounds.high[at] = static_cast<float>(most) + slack_;
+  }
+  return bounds;
+}
+
 template <class Visit>
-void Buckets::for_each_cell(const Corners& triangle, Visit visit) const {
-  Box box;
-  for (const auto& corner : triangle) box.add(corner);
-  const Cell low = cell(box.min), high = cell(box.max);
+void Buckets::for_each_cell(const Corners& triangle, const Range& range, Visit visit) const {
+  const Cell &low = range.low, &high = range.high;
   const auto along = [&](std::size_t a) { return std::int64_t{high[a] - low[a] + 1}; };
-  const Vec3 normal = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
-  if (along(0) * along(1) * along(2) > 12 && dot(normal, normal) > 0) {
-    for_each_cell_of_plane(triangle, normal, low, high, visit);
-    return;
+  if (along(0) * along(1) * along(2) > 12) {
+    const Vec3 normal = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+    if (dot(normal, normal) > 0) {
+      for_each_cell_of_plane(triangle, normal, low, high, visit);
+      return;
+    }
   }
   for (std::int32_t z = low[2]; z <= high[2]; ++z) {
     for (std::int32_t y = low[1]; y <= high[1]; ++y) {
@@ -144,21 +184,6 @@ void Buckets::for_each_cell_of_plane(const Corners& triangle, const Vec3& normal
   }
 }
 
-namespace {
-
-/// A lower bound of the squared distance: to the triangle's box.
-double box_distance2(const Vec3& p, const std::array<Vec3, 3>& triangle) {
-  const auto gap = [&](double at, double a, double b, double c) {
-    const double low = std::min(std::min(a, b), c), high = std::max(std::max(a, b), c);
-    const double out = std::max(std::max(low - at, at - high), 0.0);
-    return out * out;
-  };
-  const auto& [a, b, c] = triangle;
-  return gap(p.x, a.x, b.x, c.x) + gap(p.y, a.y, b.y, c.y) + gap(p.z, a.z, b.z, c.z);
-}
-
-}  // namespace
-
 double Buckets::beyond(const Vec3& p, double bound2, std::uint32_t& hint) const {
   const auto to = [&](std::uint32_t t) {
     return distance2(p, corners_[t][0], corners_[t][1], corners_[t][2]);
@@ -166,8 +191,18 @@ double Buckets::beyond(const Vec3& p, double bound2, std::uint32_t& hint) const 
   if (hint >= corners_.size()) hint = 0;
   double best = to(hint);
   if (best <= bound2) return bound2;
+  // Most points have a triangle within the bound in their own bucket: others need no distance.
+  const auto row = index(cell(p));
+  const auto from = relative(p);
+  const float bound = static_cast<float>(bound2) * rounding;
+  const auto within = [&](std::uint32_t t) {
+    if (box_distance2(from, t) > bound || to(t) > bound2) return false;
+    hint = t;
+    return true;
+  };
+  if (any_in_row(row, 1, within)) return bound2;
   const auto nearer = [&](std::uint32_t t) {
-    if (box_distance2(p, corners_[t]) >= best) return false;
+    if (box_distance2(from, t) > static_cast<float>(best) * rounding) return false;
     const double d = to(t);
     if (d < best) {
       best = d;
@@ -175,7 +210,7 @@ double Buckets::beyond(const Vec3& p, double bound2, std::uint32_t& hint) const 
     }
     return best <= bound2;
   };
-  if (any_in_row(index(cell(p)), 1, nearer)) return bound2;
+  any_in_row(row, 1, nearer);
   // Whatever lies within the reach has been seen, so a best within it is the nearest.
   for (double reach = std::max(std::sqrt(bound2), 0.25 * side_);; reach *= 2) {
     if (any_near(p, std::min(reach, std::sqrt(best)), nearer)) return bound2;
@@ -184,7 +219,10 @@ double Buckets::beyond(const Vec3& p, double bound2, std::uint32_t& hint) const 
 }
 
 bool Buckets::faces(const Vec3& p, double reach, const Vec3& normal, std::uint32_t& hint) const {
+  const auto from = relative(p);
+  const float bound = static_cast<float>(reach * reach) * rounding;
   const auto serves = [&](std::uint32_t t) {
+    if (box_distance2(from, t) > bound) return false;
     const auto& [a, b, c] = corners_[t];
     if (!(dot(cross(b - a, c - a), normal) > 0 && distance2(p, a, b, c) <= reach * reach)) {
       return false;

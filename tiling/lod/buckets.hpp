@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -36,7 +37,10 @@ class Buckets {
   /// Calls visit(triangle) for triangles within `reach` of `p`, some more than once.
   template <class Visit>
   void for_each_near(const Vec3& p, double reach, Visit visit) const {
+    const auto from = relative(p);
+    const float bound = static_cast<float>(reach * reach) * rounding;
     any_near(p, reach, [&](std::uint32_t t) {
+      if (box_distance2(from, t) > bound) return false;
       const auto& [a, b, c] = corners_[t];
       if (distance2(p, a, b, c) <= reach * reach) visit(t);
       return false;
@@ -44,6 +48,7 @@ class Buckets {
   }
 
  private:
+  static constexpr float rounding = 1 + 1e-5F;
   using Cell = std::array<std::int32_t, 3>;
   using Corners = std::array<Vec3, 3>;
 
@@ -55,8 +60,32 @@ class Buckets {
            static_cast<std::size_t>(c[0]);
   }
   void choose_size(double side);
+  struct Range {
+    Cell low, high;
+  };
+  static Range around(const Cell& i, const Cell& j, const Cell& k);
+  /// A triangle's box in single precision, wide enough to hold it all the same.
+  struct Bounds {
+    std::array<float, 3> low, high;
+  };
+  Bounds box_of(const Corners& triangle) const;
+  std::array<float, 3> relative(const Vec3& p) const {
+    return {static_cast<float>(p.x - low_.x), static_cast<float>(p.y - low_.y),
+            static_cast<float>(p.z - low_.z)};
+  }
+  /// The squared distance of a relative place from the box of a triangle, which is a lower bound
+  /// of that to the triangle but for a rounding by less than `rounding`.
+  float box_distance2(const std::array<float, 3>& p, std::uint32_t triangle) const {
+    const auto& [low, high] = boxes_[triangle];
+    float sum = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const float out = std::max(std::max(low[a] - p[a], p[a] - high[a]), 0.0F);
+      sum += out * out;
+    }
+    return sum;
+  }
   template <class Visit>
-  void for_each_cell(const Corners& triangle, Visit visit) const;
+  void for_each_cell(const Corners& triangle, const Range& range, Visit visit) const;
   template <class Visit>
   void for_each_cell_of_plane(const Corners& triangle, const Vec3& normal, const Cell& low,
                               const Cell& high, Visit visit) const;
@@ -83,8 +112,10 @@ class Buckets {
   }
 
   std::vector<Corners> corners_;
+  std::vector<Bounds> boxes_;
   Vec3 low_, high_;
   double side_ = 1, per_side_ = 1;
+  float slack_ = 0;  // boxes are so much wider
   Cell size_{1, 1, 1};
   std::vector<std::uint32_t> first_;    // per bucket, into members_
   std::vector<std::uint32_t> members_;  // triangles

@@ -50,15 +50,19 @@ class Farthest {
 
   /// False when `p` lies beyond the limit; it is then not counted.
   bool look(const Vec3& p, const Buckets& other) {
-    const double d = other.beyond(p, worst2_, hint_);
-    if (d > limit2_) return false;
-    worst2_ = d;
+    last2_ = other.beyond(p, worst2_, hint_);
+    if (last2_ > limit2_) return false;
+    worst2_ = last2_;
     return true;
   }
   double distance() const { return std::sqrt(worst2_); }
+  /// The last point's squared distance, or the largest so far where it is not farther.
+  double last2() const { return last2_; }
+  /// The triangle that answered for the last point: not farther than the largest distance so far.
+  std::uint32_t nearest() const { return hint_; }
 
  private:
-  double limit2_, worst2_;
+  double limit2_, worst2_, last2_ = 0;
   std::uint32_t hint_ = 0;
 };
 

@@ -76,6 +76,12 @@ Topology topology(std::span<const Triangle> triangles, const HalfEdges& edges) {
     const auto around = edges.from(v);
     if (around.empty()) continue;
     ++used;
+    // In one round each half-edge out has one back in, and with three triangles no two are on the
+    // same vertices.
+    if (around.size() > 2 && one_closed_fan(around)) {
+      edge_count += std::ranges::count_if(around, [&](const auto& edge) { return v < edge.to; });
+      continue;
+    }
     for (const auto& edge : around) {
       if (edges.find(v, edge.to) != &edge) result.faulty.push_back(v);
       const auto* partner = edges.find(edge.to, v);
@@ -87,7 +93,6 @@ Topology topology(std::span<const Triangle> triangles, const HalfEdges& edges) {
         ++edge_count;
       }
     }
-    if (one_closed_fan(around)) continue;
     const auto fans = count_fans(around);
     if (fans != 1) result.split.push_back({v, fans});
   }

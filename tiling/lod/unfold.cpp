@@ -2,19 +2,16 @@
 
 namespace hoodoo::lod {
 
-bool Examiner::upright(const Triangle& triangle, double error, std::uint32_t& hint) const {
-  const Vec3 &a = points_[triangle[0]], &b = points_[triangle[1]], &c = points_[triangle[2]];
-  const Vec3 middle = (a + b + c) * (1.0 / 3), normal = cross(b - a, c - a);
-  return dot(normal, normal) > 0 && buckets_.faces(middle, error, normal, hint);
-}
+namespace {
 
 /// One pass over the folded triangles; leaves in `folded` those that still are. False when it
 /// turned nothing.
-bool Examiner::unfold_some(Faces& faces, std::vector<std::uint32_t>& folded, double error) const {
-  const HalfEdges edges(faces.triangles, points_.size());
+bool unfold_some(const Original& input, Faces& faces, std::vector<std::uint32_t>& folded,
+                 double error) {
+  const HalfEdges edges(faces.triangles, input.points.size());
   std::vector<bool> touched(faces.triangles.size());
   const auto in_border_plane = [&](std::uint32_t a, std::uint32_t b) {
-    return (surface_.planes[a] & surface_.planes[b]) != 0;
+    return (input.surface.planes[a] & input.surface.planes[b]) != 0;
   };
   const auto turn = [&](std::uint32_t t, std::uint32_t from, std::uint32_t to, std::uint32_t x) {
     const auto* partner = edges.find(to, from);
@@ -26,7 +23,8 @@ bool Examiner::unfold_some(Faces& faces, std::vector<std::uint32_t>& folded, dou
     }
     const Turn turned{from, to, x, y};
     std::uint32_t hint = 0;
-    if (!upright(turned.first(), error, hint) || !upright(turned.second(), error, hint)) {
+    if (!input.upright(turned.first(), error, hint) ||
+        !input.upright(turned.second(), error, hint)) {
       return false;
     }
     faces.triangles[t] = turned.first();
@@ -48,24 +46,26 @@ bool Examiner::unfold_some(Faces& faces, std::vector<std::uint32_t>& folded, dou
   return any;
 }
 
-std::vector<Vec3> Examiner::unfold(Faces& faces, double error) const {
+}  // namespace
+
+std::vector<Fault> unfold(const Original& input, Faces& faces, double error) {
   std::vector<std::uint32_t> folded;
   std::uint32_t hint = 0;
   for (std::uint32_t t = 0; t < faces.triangles.size(); ++t) {
-    if (!kept(faces.triangles[t], edges_) && !upright(faces.triangles[t], error, hint)) {
-      folded.push_back(t);
-    }
+    const auto& triangle = faces.triangles[t];
+    if (!kept(triangle, input.edges) && !input.upright(triangle, error, hint)) folded.push_back(t);
   }
   constexpr int passes = 4;
   for (int pass = 0; pass < passes && !folded.empty(); ++pass) {
-    if (!unfold_some(faces, folded, error)) break;
+    if (!unfold_some(input, faces, folded, error)) break;
   }
-  std::vector<Vec3> middles;
+  std::vector<Fault> faults;
   for (const auto t : folded) {
     const auto& [a, b, c] = faces.triangles[t];
-    middles.push_back((points_[a] + points_[b] + points_[c]) * (1.0 / 3));
+    const auto& p = input.points;
+    faults.push_back({Fault::Kind::folded, (p[a] + p[b] + p[c]) * (1.0 / 3), 0, t, ~0U});
   }
-  return middles;
+  return faults;
 }
 
 }  // namespace hoodoo::lod

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <set>
+#include <utility>
 
 #include "engine/base/error.hpp"
 
@@ -60,6 +61,57 @@ bool has_elevations(const scene::Scene& scene, const Lattice& lattice, const Key
   return any;
 }
 
+/// Which tiles of one level are planned: a bit each.
+class Grid {
+ public:
+  Grid(const Range& x, const Range& y)
+      : x_(x), y_(y), there_(static_cast<std::size_t>((x.high - x.low) * (y.high - y.low))) {}
+
+  void add(std::int64_t x, std::int64_t y) { there_[place(x, y)] = true; }
+  /// That of the level above.
+  Grid above() const {
+    const auto half = [](const Range& r) { return Range{r.low >> 1, ((r.high - 1) >> 1) + 1}; };
+    Grid grid(half(x_), half(y_));
+    visit([&](std::int64_t x, std::int64_t y) { grid.add(x >> 1, y >> 1); });
+    return grid;
+  }
+  std::size_t count() const {
+    return static_cast<std::size_t>(std::count(there_.begin(), there_.end(), true));
+  }
+  /// In the order of keys.
+  template <class Visit>
+  void visit(Visit visit) const {
+    for (auto x = x_.low; x < x_.high; ++x) {
+      for (auto y = y_.low; y < y_.high; ++y) {
+        if (there_[place(x, y)]) visit(x, y);
+      }
+    }
+  }
+
+ private:
+  std::size_t place(std::int64_t x, std::int64_t y) const {
+    return static_cast<std::size_t>((x - x_.low) * (y_.high - y_.low) + y - y_.low);
+  }
+  Range x_, y_;
+  std::vector<bool> there_;
+};
+
+/// The tiles of all levels, in memory for exactly so many.
+std::vector<Tile> tiles_of(Grid leaves, int levels) {
+  std::vector<Grid> grids{std::move(leaves)};
+  while (static_cast<int>(grids.size()) < levels) grids.push_back(grids.back().above());
+  std::size_t count = 0;
+  for (const auto& grid : grids) count += grid.count();
+  std::vector<Tile> tiles;
+  tiles.reserve(count);
+  for (int level = 0; level < levels; ++level) {
+    grids[static_cast<std::size_t>(level)].visit([&](std::int64_t x, std::int64_t y) {
+      tiles.push_back(Tile(Key{level, x, y}));
+    });
+  }
+  return tiles;
+}
+
 int levels_needed(const Lattice& lattice, const Box& extent) {
   for (int level = 0; level < most_levels; ++level) {
     const double size = lattice.spacing(level) * lattice.tile_cells;
@@ -93,6 +145,15 @@ std::optional<Key> Key::parse(std::string_view text) {
   return key;
 }
 
+const Tile* find(std::span<const Tile> tiles, const Key& key) {
+  const auto at = std::ranges::lower_bound(tiles, key, {}, &Tile::key);
+  return at != tiles.end() && at->key() == key ? &*at : nullptr;
+}
+Tile* find(std::span<Tile> tiles, const Key& key) {
+  const auto at = std::ranges::lower_bound(tiles, key, {}, &Tile::key);
+  return at != tiles.end() && at->key() == key ? &*at : nullptr;
+}
+
 Box Lattice::area(const Key& key) const {
   const double size = spacing(key.level) * tile_cells;
   const auto x = static_cast<double>(key.x), y = static_cast<double>(key.y);
@@ -101,9 +162,10 @@ Box Lattice::area(const Key& key) const {
 
 Plan make(const scene::Scene& scene) {
   Plan plan;
-  plan.lattice = {scene.spacing, dem::step_of(scene.spacing), scene.bake.tile_cells};
+  plan.lattice = {scene.spacing, dem::step_of(scene.spacing), scene.bake.tile_cells, {}};
   const Box& extent = scene.extent;
   plan.levels = scene.bake.levels > 0 ? scene.bake.levels : levels_needed(plan.lattice, extent);
+  plan.lattice.finer = finer_levels(scene, plan.lattice, plan.levels);
   const double size = plan.lattice.spacing0 * plan.lattice.tile_cells;
   const Range x = tiles_over(extent.min.x, extent.max.x, size);
   const Range y = tiles_over(extent.min.y, extent.max.y, size);
@@ -114,16 +176,19 @@ Plan make(const scene::Scene& scene) {
                     plan.lattice.spacing0, extent.max.x - extent.min.x, extent.max.y - extent.min.y,
                     x.high - x.low, y.high - y.low, most_tiles));
   }
-  std::set<Key> keys;
+  constexpr std::int64_t farthest = std::int64_t{1} << 30;
+  if (std::min(x.low, y.low) < -farthest || std::max(x.high, y.high) > farthest) {
+    throw Error(Fault::limit, "/bake/spacing",
+                fmt::format("{} m puts tiles farther from the origin than {} of them",
+                            plan.lattice.spacing0, farthest));
+  }
+  Grid leaves(x, y);
   for (std::int64_t j = y.low; j < y.high; ++j) {
     for (std::int64_t i = x.low; i < x.high; ++i) {
-      Key key{0, i, j};
-      if (!has_elevations(scene, plan.lattice, key)) continue;
-      for (; key.level < plan.levels && keys.insert(key).second; key = key.parent()) {
-      }
+      if (has_elevations(scene, plan.lattice, {0, i, j})) leaves.add(i, j);
     }
   }
-  plan.tiles.assign(keys.begin(), keys.end());
+  plan.tiles = tiles_of(std::move(leaves), plan.levels);
   return plan;
 }
 

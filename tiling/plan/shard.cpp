@@ -40,13 +40,20 @@ std::optional<Shard> Shard::parse(std::string_view text) {
   return shard;
 }
 
-std::vector<Key> tiles_of(const Shard& shard, std::span<const Key> tiles) {
-  std::vector<Key> curve(tiles.begin(), tiles.end());
-  std::sort(curve.begin(), curve.end(), before);
-  const auto size = static_cast<std::int64_t>(curve.size());
-  const auto first = curve.begin() + (shard.index - 1) * size / shard.count;
-  const auto last = curve.begin() + shard.index * size / shard.count;
-  return {first, last};
+void sort_along_curve(std::span<Tile> tiles) {
+  std::sort(tiles.begin(), tiles.end(),
+            [](const Tile& a, const Tile& b) { return before(a.key(), b.key()); });
+}
+
+void choose(const Shard& shard, std::span<Tile> tiles) {
+  sort_along_curve(tiles);
+  const auto size = static_cast<std::int64_t>(tiles.size());
+  const auto first = (shard.index - 1) * size / shard.count;
+  const auto last = shard.index * size / shard.count;
+  for (std::int64_t i = 0; i < size; ++i) {
+    tiles[static_cast<std::size_t>(i)].ours = i >= first && i < last;
+  }
+  std::ranges::sort(tiles, {}, &Tile::key);
 }
 
 }  // namespace hoodoo::plan

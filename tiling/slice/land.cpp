@@ -1,9 +1,12 @@
 #include "tiling/slice/land.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "engine/base/random.hpp"
+#include "tiling/slice/closed.hpp"
+#include "tiling/slice/lanes.hpp"
 
 namespace hoodoo::slice {
 namespace {
@@ -44,8 +47,28 @@ const tree::Field& Land::field(const BlockIndex& block) {
                         size;
     field =
         tree::compile(slice_.ground, windows_, origin, {origin, origin + Vec3{size, size, size}});
+    if (is_closed()) field = closed_at(block, origin, std::move(field));
   }
   return *field;
+}
+
+std::unique_ptr<const tree::Field> Land::closed_at(const BlockIndex& block, const Vec3& origin,
+                                                   std::unique_ptr<const tree::Field> field) const {
+  std::array<std::array<bool, block_cells + 2>, block_cells + 2> columns{};  // from -1 on
+  for (std::int64_t j = 0; j < block_cells + 2; ++j) {
+    for (std::int64_t i = 0; i < block_cells + 2; ++i) {
+      columns[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] =
+          in_world(block.x * block_cells + i - 1, block.y * block_cells + j - 1);
+    }
+  }
+  Closure closure{slice_.spacing(), *slice_.floor - origin.z, {}};
+  for (std::size_t j = 0; j <= block_cells; ++j) {
+    for (std::size_t i = 0; i <= block_cells; ++i) {
+      closure.inside[j][i] =
+          columns[j][i] && columns[j][i + 1] && columns[j + 1][i] && columns[j + 1][i + 1];
+    }
+  }
+  return closed(std::move(field), closure);
 }
 
 bool Land::in_world(std::int64_t i, std::int64_t j) const {
@@ -57,6 +80,37 @@ bool Land::in_world(std::int64_t i, std::int64_t j) const {
     if (windows_[b].valid(x, y) && may_cover(slice_.ground.bodies[b], x, y)) return true;
   }
   return false;
+}
+
+void Land::in_world(std::int64_t i, std::int64_t j, std::size_t wide,
+                    std::span<std::uint8_t> out) const {
+  std::vector<double> x(wide), y(out.size() / wide);
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    x[p] = (static_cast<double>(i + static_cast<int>(p)) + 0.5) * slice_.spacing();
+  }
+  for (std::size_t q = 0; q < y.size(); ++q) {
+    y[q] = (static_cast<double>(j + static_cast<int>(q)) + 0.5) * slice_.spacing();
+  }
+  std::fill(out.begin(), out.end(), std::uint8_t{0});
+  std::vector<std::uint8_t> of_body(out.size());
+  for (std::size_t b = 0; b < windows_.size(); ++b) {
+    windows_[b].valid(x, y, of_body);
+    const auto& body = slice_.ground.bodies[b];
+    for (std::size_t n = 0; n < out.size() && !body.domain.empty(); ++n) {
+      if (!may_cover(body, x[n % wide], y[n / wide])) of_body[n] = 0;
+    }
+    std::transform(out.begin(), out.end(), of_body.begin(), out.begin(), std::bit_or<>());
+  }
+  const Box& world = slice_.world;
+  // The columns of each row that are within the world's extent.
+  const auto from = std::lower_bound(x.begin(), x.end(), world.min.x) - x.begin();
+  const auto to = std::upper_bound(x.begin() + from, x.end(), world.max.x) - x.begin();
+  for (std::size_t q = 0; q < y.size(); ++q) {
+    const bool inside = y[q] >= world.min.y && y[q] <= world.max.y;
+    const auto row = out.begin() + static_cast<std::ptrdiff_t>(wide * q);
+    std::fill(row, row + (inside ? from : static_cast<std::ptrdiff_t>(wide)), std::uint8_t{0});
+    if (inside) std::fill(row + to, row + static_cast<std::ptrdiff_t>(wide), std::uint8_t{0});
+  }
 }
 
 Interval Land::heights(const Box& area) const {
@@ -154,37 +208,115 @@ std::vector<Vec3f> Land::normals(std::span<const StepPoint> points) {
   return normals;
 }
 
-std::vector<Vec3> Land::steps_to_surface(std::span<const StepPoint> points) {
-  std::vector<Vec3> steps(points.size());
-  std::vector<float> value, gx, gy, gz;
-  std::vector<double> px, py, h, hx, hy;
-  const auto newton = [](double above, const Vec3& gradient) {
-    const double squared = dot(gradient, gradient);
-    return squared > 0 ? gradient * (-above / squared) : Vec3{};
-  };
-  by_owner(points, [&](const BlockIndex& block, auto indices, const tree::Points& at) {
-    const auto n = at.size();
-    if (const dem::Window* window = field(block).height_field()) {
-      for (auto* all : {&px, &py, &h, &hx, &hy}) all->resize(n);
-      for (std::size_t i = 0; i < n; ++i) {
-        const Vec3 p = metres(points[indices[i]]);
-        px[i] = p.x;
-        py[i] = p.y;
-      }
-      window->at(px, py, {h, hx, hy});
-      for (std::size_t i = 0; i < n; ++i) {
-        const double z = metres(points[indices[i]]).z;
-        steps[indices[i]] = newton(h[i] - z, {hx[i], hy[i], -1});
-      }
-      return;
+namespace {
+
+constexpr std::size_t batch = 256;  // points whose numbers stay in the nearest cache
+using Numbers = std::array<double, batch>;
+
+/// Points of a block, counted from `low`, those of one part of 4^3 cells after those of another:
+/// what stands near some of them mostly stands near all.
+std::vector<std::uint32_t> by_part(std::span<const std::array<std::int32_t, 3>> points,
+                                   const std::array<std::int32_t, 3>& low, std::int32_t units) {
+  std::vector<std::uint8_t> parts(points.size());
+  std::array<std::uint32_t, 65> first{};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    int part = 0;
+    for (std::size_t a = 3; a-- > 0;) {
+      const std::int32_t at = points[i][a] - low[a];
+      part = 4 * part + (at >= 4 * units ? 1 : 0) + (at >= 8 * units ? 1 : 0) +
+             (at >= 12 * units ? 1 : 0);
     }
-    value.resize(n), gx.resize(n), gy.resize(n), gz.resize(n);
-    field(block).gradients(at, value, {gx, gy, gz});
+    parts[i] = static_cast<std::uint8_t>(part);
+    ++first[static_cast<std::size_t>(part) + 1];
+  }
+  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+  std::vector<std::uint32_t> order(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    order[first[parts[i]]++] = static_cast<std::uint32_t>(i);
+  return order;
+}
+
+}  // namespace
+
+void Land::steps_to_ground(const dem::Window& window, const StepPoint& origin, Offsets points,
+                           std::size_t to, Moves& out) const {
+  const std::array<double, 3> from{static_cast<double>(origin[0]), static_cast<double>(origin[1]),
+                                   static_cast<double>(origin[2])};
+  const double step = slice_.step();
+  Numbers x, y, z, h, hx, hy, down;
+  down.fill(-1);
+  for (std::size_t first = 0; first < points.size(); first += batch) {
+    const std::size_t n = std::min(batch, points.size() - first);
+    const auto part = [n](Numbers& all) { return std::span(all).first(n); };
+    to_metres(points.subspan(first, n), from, step, {part(x), part(y), part(z)});
+    window.at(part(x), part(y), {part(h), part(hx), part(hy)});
+    for (std::size_t i = 0; i < n; ++i) h[i] -= z[i];
+    const auto put = [&](std::vector<double>& all) {
+      return std::span(all).subspan(to + first, n);
+    };
+    newton_steps(part(h), {part(hx), part(hy), part(down)}, {put(out.x), put(out.y), put(out.z)});
+  }
+}
+
+void Land::steps_in_block(const BlockIndex& block, const StepPoint& origin, Offsets points,
+                          std::size_t to, Moves& out) {
+  const std::int64_t size = std::int64_t{block_cells} * slice_.lattice.units();
+  std::array<std::int32_t, 3> low{};
+  const std::array<std::int64_t, 3> corner{block.x, block.y, block.z};
+  for (std::size_t a = 0; a < 3; ++a) {
+    low[a] = static_cast<std::int32_t>(corner[a] * size - origin[a]);
+  }
+  const auto order = by_part(points, low, slice_.lattice.units());
+  const auto step = static_cast<float>(slice_.step());
+  const tree::Field& owner = field(block);
+  std::array<std::array<float, batch>, 3> at, gradient;
+  std::array<float, batch> value;
+  Numbers above, gx, gy, gz, x, y, z;
+  for (std::size_t first = 0; first < order.size(); first += batch) {
+    const std::size_t n = std::min(batch, order.size() - first);
     for (std::size_t i = 0; i < n; ++i) {
-      steps[indices[i]] = newton(value[i] - 0.5, {gx[i], gy[i], gz[i]});
+      const auto& p = points[order[first + i]];
+      for (std::size_t a = 0; a < 3; ++a) at[a][i] = static_cast<float>(p[a] - low[a]) * step;
     }
-  });
-  return steps;
+    owner.gradients({{at[0].data(), n}, {at[1].data(), n}, {at[2].data(), n}}, {value.data(), n},
+                    {{gradient[0].data(), n}, {gradient[1].data(), n}, {gradient[2].data(), n}});
+    for (std::size_t i = 0; i < n; ++i) {
+      above[i] = static_cast<double>(value[i]) - 0.5;
+      gx[i] = static_cast<double>(gradient[0][i]);
+      gy[i] = static_cast<double>(gradient[1][i]);
+      gz[i] = static_cast<double>(gradient[2][i]);
+    }
+    const auto part = [n](Numbers& all) { return std::span(all).first(n); };
+    newton_steps(part(above), {part(gx), part(gy), part(gz)}, {part(x), part(y), part(z)});
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t put = to + order[first + i];
+      out.x[put] = x[i], out.y[put] = y[i], out.z[put] = z[i];
+    }
+  }
+}
+
+void Land::steps_to_surface(const StepPoint& origin, Offsets points, Moves& out) {
+  for (auto* all : {&out.x, &out.y, &out.z}) all->resize(points.size());
+  const auto size = static_cast<std::int32_t>(block_cells * slice_.lattice.units());
+  for (std::size_t first = 0, last = 0; first < points.size(); first = last) {
+    const auto& p = points[first];
+    const BlockIndex block = owner({origin[0] + p[0], origin[1] + p[1], origin[2] + p[2]});
+    const std::array<std::int64_t, 3> low{block.x * size - origin[0], block.y * size - origin[1],
+                                          block.z * size - origin[2]};
+    const auto holds = [&](const std::array<std::int32_t, 3>& q) {
+      const auto inside = [&](std::size_t a) {
+        return static_cast<std::uint64_t>(q[a] - low[a]) < static_cast<std::uint64_t>(size);
+      };
+      return inside(0) && inside(1) && inside(2);
+    };
+    while (last < points.size() && holds(points[last])) ++last;
+    const auto run = points.subspan(first, last - first);
+    if (const dem::Window* window = field(block).height_field()) {
+      steps_to_ground(*window, origin, run, first, out);
+    } else {
+      steps_in_block(block, origin, run, first, out);
+    }
+  }
 }
 
 std::vector<float> Land::resistances(std::span<const StepPoint> points) {

@@ -34,7 +34,13 @@ class Land {
   /// The cell column [i, i+1) x [j, j+1) of the lattice lies in the world: its centre is inside
   /// the extent and over a valid sample of some body.
   bool in_world(std::int64_t i, std::int64_t j) const;
-  /// Lowest and highest z [m] that can hold a surface over `area`; empty (low > high) if none.
+  /// That of columns (i + p, j + q) into out[wide q + p].
+  void in_world(std::int64_t i, std::int64_t j, std::size_t wide,
+                std::span<std::uint8_t> out) const;
+  /// Walls and a floor close the world, so that solid ends below the ground, too.
+  bool is_closed() const { return slice_.floor.has_value(); }
+  /// Lowest and highest z [m] that can hold the ground's surface over `area`; empty (low > high) if
+  /// none.
   Interval heights(const Box& area) const;
   /// Lowest and highest elevation [m] of the bodies at (x, y); empty (low > high) if none.
   Interval heights_at(double x, double y) const;
@@ -44,15 +50,23 @@ class Land {
 
   /// Unit outward normals at `points`, by their owners' gradients; +z where there is none.
   std::vector<Vec3f> normals(std::span<const StepPoint> points);
-  /// Newton's step [m] from each point towards the surface F = 1/2, by their owners' fields; zero
-  /// where there is no gradient.
-  std::vector<Vec3> steps_to_surface(std::span<const StepPoint> points);
+  /// Newton's step [m] from each point, counted from `origin`, towards the surface F = 1/2, by
+  /// their owners' fields; zero where there is no gradient. Points of one block should come
+  /// together.
+  struct Moves {
+    std::vector<double> x, y, z;
+  };
+  void steps_to_surface(const StepPoint& origin,
+                        std::span<const std::array<std::int32_t, 3>> points, Moves& out);
   /// rho in [0,1] at `points`.
   std::vector<float> resistances(std::span<const StepPoint> points);
   /// F at `points`.
   std::vector<float> values(std::span<const StepPoint> points);
 
  private:
+  std::unique_ptr<const tree::Field> closed_at(const BlockIndex& block, const Vec3& origin,
+                                               std::unique_ptr<const tree::Field> field) const;
+
   /// Points next to each other that one block owns.
   struct Run {
     BlockIndex block;
@@ -61,6 +75,12 @@ class Land {
   std::vector<Run> runs_of(std::span<const StepPoint> points) const;
   template <class Visit>
   void by_owner(std::span<const StepPoint> points, Visit visit);
+
+  using Offsets = std::span<const std::array<std::int32_t, 3>>;
+  void steps_to_ground(const dem::Window& window, const StepPoint& origin, Offsets points,
+                       std::size_t to, Moves& out) const;
+  void steps_in_block(const BlockIndex& block, const StepPoint& origin, Offsets points,
+                      std::size_t to, Moves& out);
 
   struct BlockHash {
     std::size_t operator()(const BlockIndex& b) const;

@@ -31,6 +31,8 @@ Box reach(const plan::Lattice& lattice, const plan::Key& key) {
 }
 
 std::string Slice::bytes() const {
+  std::vector<Digest> balls;
+  const auto named = tree::without_balls(ground, balls);
   json all = {{"engine", engine_version()},
               {"key", key.text()},
               {"spacing0", lattice.spacing0},
@@ -40,25 +42,35 @@ std::string Slice::bytes() const {
               {"profile", profile},
               {"simplify", simplify},
               {"elevations", json::array()},
-              {"ground", tree::to_json(ground)}};
+              {"ground", tree::to_json(named)}};
+  for (const auto& list : balls) all["balls"].push_back(list.hex());
   if (earth) {
     all["earth"] = {earth->crs, earth->unit, earth->origin_x, earth->origin_y, earth->vertical};
   }
+  if (floor) all["floor"] = *floor;
   if (profile == "draco" && draco_speed != 5) all["draco_speed"] = draco_speed;
+  if (finer != 0) all["finer"] = finer;
+  if (tile_triangles != scene::BakeSettings::default_tile_triangles) {
+    all["tile_triangles"] = tile_triangles;
+  }
   for (const auto& e : elevations) all["elevations"].push_back(to_json(e));
   return all.dump();
 }
 
 Slice cut(const scene::Scene& scene, const plan::Lattice& lattice, const plan::Key& key) {
   Slice slice;
-  slice.key = key;
-  slice.lattice = lattice;
+  const auto sampling = plan::sampling_of(lattice, key);
+  slice.key = sampling.key;
+  slice.lattice = sampling.lattice;
+  slice.finer = lattice.finer_by(key.level);
   slice.world = scene.extent;
+  slice.floor = scene.floor;
   slice.profile = scene.bake.profile;
   slice.draco_speed = scene.bake.draco_speed;
+  slice.tile_triangles = scene.bake.tile_triangles;
   slice.simplify = key.level == 0 ? scene.bake.simplify * lattice.spacing0
                                   : scene.bake.simplify_coarse * lattice.spacing(key.level);
-  const Box near = reach(lattice, key);
+  const Box near = reach(slice.lattice, slice.key);
   if (!scene.frame.vertical.empty()) slice.earth = scene.frame;
   for (const auto& pyramid : scene.pyramids) {
     const int level = pyramid->level_for(slice.spacing());

@@ -24,16 +24,20 @@ struct Elevations {
 
 /// The only input of a tile. Equal slices give equal bytes, everywhere.
 struct Slice {
-  plan::Key key;
-  plan::Lattice lattice;
-  Box world;            // x and y of the world [m]
-  std::string profile;  // draco | meshopt | plain
+  plan::Key key;          // at which the tile is sampled: its own, or of a finer level
+  plan::Lattice lattice;  // likewise
+  int finer = 0;          // levels from the tile's own down to that one
+  Box world;              // x and y of the world [m]
+  std::string profile;    // draco | meshopt | plain
   int draco_speed = 5;
-  double simplify = 0;                 // largest error of simplification [m]; 0: none
+  double simplify = 0;  // largest error of simplification [m]; 0: none
+  int tile_triangles = scene::BakeSettings::default_tile_triangles;  // of one file's surface
+  std::optional<double> floor;         // z [m], where walls and a floor close the world
   std::optional<dem::Frame> earth;     // where the tiles lie on the Earth
   std::vector<Elevations> elevations;  // one per ground.bodies
   tree::Ground ground;                 // pruned to `reach`
 
+  plan::Key tile() const { return {key.level + finer, key.x, key.y}; }
   double spacing() const { return lattice.spacing(key.level); }
   double step() const { return lattice.step(key.level); }
   /// Everything above and the engine version, as canonical JSON text.

@@ -24,13 +24,6 @@ bool starts_with(const fs::path& path, const fs::path& start) {
   return std::mismatch(start.begin(), start.end(), path.begin(), path.end()).first == start.end();
 }
 
-/// `keep` has the file itself or a folder that it is in.
-bool is_kept(const fs::path& relative, const std::set<fs::path>& keep) {
-  fs::path part;
-  return std::any_of(relative.begin(), relative.end(),
-                     [&](const fs::path& name) { return keep.contains(part /= name); });
-}
-
 bool holds(const fs::path& file, std::span<const std::byte> bytes) {
   std::error_code error;
   if (fs::file_size(file, error) != bytes.size() || error) return false;
@@ -42,17 +35,19 @@ bool holds(const fs::path& file, std::span<const std::byte> bytes) {
   throw Error(Fault::io, path.string(), error.message());
 }
 
-/// Every regular file below `folder`, in any order; none when it is not there.
-std::vector<fs::path> files_below(const fs::path& folder) {
-  std::vector<fs::path> files;
+/// Calls `visit` for every regular file below `folder`, one folder's after another's.
+void for_each_file(const fs::path& folder, const std::function<void(const fs::path&)>& visit) {
+  std::vector<fs::path> files, folders;
   std::error_code error;
-  if (!fs::is_directory(folder, error)) return files;
-  fs::recursive_directory_iterator at(folder, error), end;
-  for (; !error && at != end; at.increment(error)) {
-    if (at->is_regular_file(error)) files.push_back(at->path());
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const auto status = at->symlink_status(error);
+    if (fs::is_directory(status)) folders.push_back(at->path());
+    if (fs::is_regular_file(status)) files.push_back(at->path());
   }
-  if (error) fail(folder, error);
-  return files;
+  if (error && error != std::errc::no_such_file_or_directory) fail(folder, error);
+  for (const auto& file : files) visit(file);
+  files = {};
+  for (const auto& below : folders) for_each_file(below, visit);
 }
 
 /// Removes folders that hold nothing, or only such, below `folder`. True if all of it was.
@@ -101,19 +96,21 @@ std::vector<std::byte> get_tile(const fs::path& folder, const Digest& content) {
   return {bytes.begin(), bytes.end()};
 }
 
-void sweep(const fs::path& folder, const std::set<fs::path>& keep) {
+std::optional<Digest> digest_of(const fs::path& file) {
+  return Digest::parse(file.stem().native());
+}
+
+void sweep(const fs::path& folder, const std::function<bool(const fs::path&)>& keep) {
   std::error_code error;
-  const auto remove = [&](const fs::path& file) {
-    fs::remove(file, error);
-    if (error) fail(file, error);
-  };
-  for (const auto& file : files_below(folder)) {
+  for_each_file(folder, [&](const fs::path& file) {
     const fs::path relative = file.lexically_relative(folder);
     const bool ours =
         std::any_of(swept_folders.begin(), swept_folders.end(),
                     [&](const fs::path& swept) { return starts_with(relative, swept); });
-    if (is_leftover(file) || (ours && !is_kept(relative, keep))) remove(file);
-  }
+    if (!is_leftover(file) && (!ours || keep(relative))) return;
+    fs::remove(file, error);
+    if (error) fail(file, error);
+  });
   for (const auto& swept : swept_folders) remove_empty(folder / swept);
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
-#include <set>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,9 +20,13 @@ Digest put_tile(const std::filesystem::path& folder, std::span<const std::byte> 
 /// Errors: not_found, io, and bad_input when the bytes do not have that digest.
 std::vector<std::byte> get_tile(const std::filesystem::path& folder, const Digest& content);
 
+/// The digest in the name of a tile or of a record, which are named alike; nothing for others.
+std::optional<Digest> digest_of(const std::filesystem::path& file);
+
 /// Removes temporaries of killed runs and, below tiles, .hoodoo/tiles and .hoodoo/elevations of
-/// `folder`, every file that is not in `keep`, itself or by a folder it is in. Nobody else may
-/// be writing to `folder`.
-void sweep(const std::filesystem::path& folder, const std::set<std::filesystem::path>& keep);
+/// `folder`, every file that is not to `keep`, by its path relative to the folder. Nobody else may
+/// be writing to `folder`. Holds the names of one folder's files at a time.
+void sweep(const std::filesystem::path& folder,
+           const std::function<bool(const std::filesystem::path&)>& keep);
 
 }  // namespace hoodoo::store

@@ -54,8 +54,7 @@ FaceCase Borders::case_of(const Face& face) const {
 
 std::uint32_t Borders::face_vertex(const Face& face, int k, std::uint8_t marks) {
   const auto pairs = case_of(face);
-  const auto next = static_cast<std::uint32_t>(out_.points.size());
-  const auto [found, is_new] = first_vertex_.try_emplace(key(face), next);
+  const auto [found, is_new] = first_vertex_.try_emplace(key(face), next());
   if (is_new) {
     add_segments(face, pairs, static_cast<std::uint8_t>(marks | planes_at(face.low, face.axis)));
   }
@@ -87,7 +86,7 @@ std::uint32_t Borders::crossing_vertex(int axis, const Index& low, std::uint8_t 
   steps[a] = snap(static_cast<double>(volume_.crossing(axis, low).t), units_);
   const auto planes = planes_at(low, next_axis(a)) | planes_at(low, last_axis(a)) | marks;
   append(low, steps, static_cast<std::uint8_t>(planes));
-  return static_cast<std::uint32_t>(out_.points.size() - 1);
+  return next() - 1;
 }
 
 void Borders::append(const Index& low, const std::array<std::int32_t, 3>& steps,

@@ -14,12 +14,12 @@ struct Face {
   volume::Index low;
 };
 
-/// Vertices of the two-dimensional dual contour in which the surface ends, appended to a surface
-/// when first asked for.
+/// Vertices of the two-dimensional dual contour in which the surface ends, appended to the points
+/// of `out` when first asked for. Their numbers count from `first` on.
 class Borders {
  public:
-  Borders(const volume::Volume& volume, int units, Surface& out)
-      : volume_(volume), units_(units), out_(out) {}
+  Borders(const volume::Volume& volume, int units, std::size_t first, Surface& out)
+      : volume_(volume), units_(units), first_(static_cast<std::uint32_t>(first)), out_(out) {}
 
   /// The vertex of the segment of `face` that holds its edge `k`. `marks` are Plane bits that the
   /// position alone does not tell.
@@ -34,9 +34,11 @@ class Borders {
   void add_segments(const Face& face, const FaceCase& pairs, std::uint8_t planes);
   void append(const volume::Index& low, const std::array<std::int32_t, 3>& steps,
               std::uint8_t planes);
+  std::uint32_t next() const { return first_ + static_cast<std::uint32_t>(out_.points.size()); }
 
   const volume::Volume& volume_;
   const int units_;
+  const std::uint32_t first_;
   Surface& out_;
   std::unordered_map<std::uint64_t, std::uint32_t> first_vertex_;  // by face
 };

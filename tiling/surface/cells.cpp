@@ -1,6 +1,7 @@
 #include "tiling/surface/cells.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "tiling/surface/snap.hpp"
 
@@ -8,11 +9,20 @@ namespace hoodoo::surface {
 
 using volume::Index;
 
-Cells::Cells(const volume::Volume& volume, int units, Surface& out)
-    : volume_(volume), units_(units), out_(out) {
+Cells::Cells(const volume::Volume& volume, int units, Workspace& workspace)
+    : volume_(volume), units_(units), out_(workspace.surface), pool_(workspace.groups) {
   const auto& low = volume.block_low();
   const auto& high = volume.block_high();
   groups_.resize(group_of({high[0] - 1, high[1] - 1, high[2] - 1}) + 1);
+  std::size_t crossings = 0;  // somewhat more than there will be vertices
+  for (std::int64_t z = low[2]; z < high[2]; ++z) {
+    for (std::int64_t y = low[1]; y < high[1]; ++y) {
+      for (std::int64_t x = low[0]; x < high[0]; ++x) {
+        if (const auto* block = volume.block({x, y, z})) crossings += block->crossings.size();
+      }
+    }
+  }
+  out_.points.reserve(crossings + 1);
   for (std::int64_t z = low[2]; z < high[2]; ++z) {
     for (std::int64_t y = low[1]; y < high[1]; ++y) {
       for (std::int64_t x = low[0]; x < high[0]; ++x) {
@@ -21,6 +31,8 @@ Cells::Cells(const volume::Volume& volume, int units, Surface& out)
     }
   }
   place_sheets();
+  out_.points.resize(made_);
+  out_.planes.resize(made_);
 }
 
 std::size_t Cells::group_of(const Index& b) const {
@@ -45,100 +57,140 @@ bool Cells::may_hold_surface(const Index& b) const {
   return false;
 }
 
-void Cells::add_group(const Index& b) {
-  volume::Volume::Rows rows;
-  volume_.read_rows(b, rows);
-  const auto& meshed = volume_.meshed_rows(b[0], b[1]);
-  const auto& high = volume_.block_high();
+Cells::Owners Cells::owners_around(const Index& b) const {
   Owners owners{};
+  const auto& high = volume_.block_high();
   for (std::size_t part = 0; part < 8; ++part) {
     const Index at{b[0] + static_cast<int>(part & 1), b[1] + static_cast<int>(part >> 1 & 1),
                    b[2] + static_cast<int>(part >> 2)};
     const bool covered = at[0] < high[0] && at[1] < high[1] && at[2] < high[2];
     if (covered) owners[part] = volume_.block(at);
   }
-  auto group = std::make_unique<Group>();
-  for (std::size_t r = 0; r < 256; ++r) {
-    const std::size_t y = r & 15, z = r >> 4;
-    const std::int64_t k = 16 * b[2] + static_cast<int>(z);
-    group->first[r] = static_cast<std::uint16_t>(group->cells.size());
-    if (k < volume_.low()[2] || k >= volume_.high()[2]) continue;
-    const auto r00 = rows[z][y], r10 = rows[z][y + 1], r01 = rows[z + 1][y],
-               r11 = rows[z + 1][y + 1];
-    const auto any = r00 | r10 | r01 | r11, all = r00 & r10 & r01 & r11;
-    unsigned active = (any | any >> 1) & ~(all & all >> 1) & meshed[y + 1] >> 1 & 0xffffU;
-    group->active[r] = static_cast<std::uint16_t>(active);
-    for (; active != 0; active &= active - 1) {
-      const int x = std::countr_zero(active);
-      const unsigned mask =
-          (r00 >> x & 3) | (r10 >> x & 3) << 2 | (r01 >> x & 3) << 4 | (r11 >> x & 3) << 6;
-      add_cell({16 * b[0] + x, 16 * b[1] + static_cast<int>(y), k}, mask, owners, *group);
-    }
-  }
-  if (!group->cells.empty()) groups_[group_of(b)] = std::move(group);
+  return owners;
 }
 
-void Cells::add_cell(const Index& cell, unsigned mask, const Owners& owners, Group& group) {
+namespace {
+
+/// The edges along `axis` from the points of one row; the first beyond them where `beyond`.
+CellRow::Edges edges_of(const volume::Block* own, const volume::Block* next, std::size_t axis,
+                        std::size_t row, bool beyond) {
+  CellRow::Edges edges{};
+  if (own != nullptr) {
+    edges.crossed = own->crossed[axis][row];
+    edges.own = own->crossings.data() + own->first[axis][row];
+  }
+  if (beyond && next != nullptr) edges.next = next->crossings.data() + next->first[axis][row];
+  return edges;
+}
+
+/// The places beside a row of cells where edges of each axis begin.
+constexpr std::array<std::array<std::size_t, 2>, 8> edge_rows{
+    {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {1, 0}, {1, 2}, {2, 0}, {2, 1}}};
+
+}  // namespace
+
+void Cells::add_group(const Index& b) {
+  volume::Volume::Rows rows;
+  volume_.read_rows(b, rows);
+  const auto& meshed = volume_.meshed_rows(b[0], b[1]);
+  const Owners owners = owners_around(b);
+  std::array<std::uint16_t, 256> active_rows;
+  find_active(rows, meshed, active_rows);
+  CellGroup* group = nullptr;
+  // Layers of the box.
+  const auto layer = [&](std::int64_t z) { return std::clamp<std::int64_t>(z - 16 * b[2], 0, 16); };
+  const auto from = static_cast<std::size_t>(16 * layer(volume_.low()[2]));
+  const auto to = static_cast<std::size_t>(16 * layer(volume_.high()[2]));
+  for (std::size_t r = from; r < to; ++r) {
+    const unsigned active = active_rows[r];
+    if (active == 0) continue;
+    const std::size_t y = r & 15, z = r >> 4;
+    const Index first{16 * b[0], 16 * b[1] + static_cast<int>(y), 16 * b[2] + static_cast<int>(z)};
+    CellRow row;
+    row.solid = {rows[z][y], rows[z][y + 1], rows[z + 1][y], rows[z + 1][y + 1]};
+    for (const auto& [axis, beside] : edge_rows) {
+      const std::size_t j = y + (beside & 1), k = z + (beside >> 1);
+      const std::size_t owner = (j >> 4) * 2 + (k >> 4) * 4, at = (k & 15) * 16 + (j & 15);
+      row.edges[axis][beside] =
+          edges_of(owners[owner], owners[owner + 1], axis, at, (active >> 15) != 0);
+    }
+    if (group == nullptr) {
+      if (used_ == pool_.size()) pool_.push_back(std::make_unique_for_overwrite<CellGroup>());
+      group = groups_[group_of(b)] = pool_[used_++].get();
+    }
+    for (std::size_t d = 0; d < 3; ++d) {
+      row.corner[d] = static_cast<std::int32_t>(first[d] - volume_.low()[d]) * units_;
+    }
+    add_row(first, row, active, *group);
+  }
+}
+
+void Cells::add_row(const Index& first, const CellRow& row, unsigned active, CellGroup& group) {
+  constexpr std::size_t most = 16 * 4, ahead = 4096;  // vertices of a row; room made at once
+  if (out_.points.size() < made_ + most) out_.points.resize(made_ + ahead);
+  const unsigned flat = active & row.flat();
+  std::array<Point, 16> points;
+  if (flat != 0) solve_flat(row, flat, units_, points);
+  std::uint32_t* vertices = group.vertex.data() + place_of(first);
+  while (active != 0) {
+    for (unsigned low; (low = active & (0U - active) & flat) != 0; active ^= low) {
+      const auto x = static_cast<std::size_t>(std::countr_zero(low));
+      out_.points[made_] = points[x];
+      vertices[x] = made_++;
+    }
+    const unsigned next = active & flat, run = active & ((next & (0U - next)) - 1);
+    if (run == 0) continue;
+    const std::size_t before = waiting_;
+    const unsigned left = gather(row, run, units_, lanes_, waiting_, made_, vertices);
+    made_ += static_cast<std::uint32_t>(waiting_ - before);
+    active ^= run ^ left;
+    if (waiting_ == SheetLanes::most) {
+      place_sheets();
+    } else if (left != 0) {
+      add_cell({first[0] + std::countr_zero(left), first[1], first[2]}, row, group);
+      active &= active - 1;
+    }
+  }
+}
+
+/// A cell of several sheets, perhaps.
+void Cells::add_cell(const Index& cell, const CellRow& row, CellGroup& group) {
+  const auto x = static_cast<unsigned>(cell[0] & 15);
+  const unsigned mask = row.mask(x);
   const bool flipped = is_flipped(cell, mask);
   const Case& sheets = case_of(mask, flipped);
   const auto count = static_cast<std::size_t>(sheets.sheets);
-  if (waiting_count_ + count > SheetLanes::most) place_sheets();
-  group.cells.push_back({static_cast<std::uint32_t>(out_.points.size() + waiting_count_),
-                         static_cast<std::uint8_t>(mask), flipped});
-  for (std::size_t sheet = 0; sheet < count; ++sheet) {
-    waiting_[waiting_count_] = {cell, sheet == 0};
-    add_sheet(cell, sheets.edges[sheet], owners);
+  if (waiting_ + count > SheetLanes::most) place_sheets();
+  auto& vertex = group.vertex[place_of(cell)];
+  vertex = made_;
+  if (count > 1) {
+    vertex |= CellGroup::several | (flipped ? CellGroup::flipped : 0);
+    group.mask[place_of(cell)] = static_cast<std::uint8_t>(mask);
   }
-}
-
-/// Puts the planes at the crossings of `edges` into the next lane.
-void Cells::add_sheet(const Index& cell, unsigned edges, const Owners& owners) {
-  const std::size_t lane = waiting_count_++;
-  std::size_t count = 0;
-  for (; edges != 0; edges &= edges - 1, ++count) {
-    const auto edge = static_cast<unsigned>(std::countr_zero(edges));
-    const std::size_t a = edge / 4;
-    std::array<unsigned, 3> offset{};
-    offset[next_axis(a)] = edge & 1;
-    offset[last_axis(a)] = edge >> 1 & 1;
-    std::array<unsigned, 3> at{};  // the edge's low end, from the low corner of the group's block
-    unsigned owner = 0;
-    for (std::size_t d = 0; d < 3; ++d) {
-      at[d] = static_cast<unsigned>(cell[d] & 15) + offset[d];
-      owner |= at[d] >> 4 << d;
-    }
-    const auto& crossing = owners[owner]->crossing(a, (at[2] & 15) * 16 + (at[1] & 15), at[0] & 15);
-    for (std::size_t d = 0; d < 3; ++d) {
-      lanes_.point[count][d][lane] = static_cast<float>(offset[d]);
-    }
-    lanes_.point[count][a][lane] = crossing.t;
-    lanes_.normal[count][0][lane] = crossing.normal.x;
-    lanes_.normal[count][1][lane] = crossing.normal.y;
-    lanes_.normal[count][2][lane] = crossing.normal.z;
+  for (std::size_t sheet = 0; sheet < count; ++sheet, ++waiting_) {
+    gather(row, x, sheets.edges[sheet], units_, lanes_, waiting_);
+    lanes_.number[waiting_] = made_++;
+    if (sheet > 0) lanes_.further |= std::uint64_t{1} << waiting_;
   }
-  lanes_.count[lane] = static_cast<double>(count);
 }
 
 void Cells::place_sheets() {
-  solve(lanes_, waiting_count_, units_);
-  std::array<std::array<std::int32_t, 3>, 4> taken;
-  std::size_t taken_count = 0;
-  for (std::size_t i = 0; i < waiting_count_; ++i) {
-    const auto& [cell, first] = waiting_[i];
-    if (first) taken_count = 0;
-    std::array<std::int32_t, 3> point{lanes_.steps[0][i], lanes_.steps[1][i], lanes_.steps[2][i]};
-    if (taken_count > 0) {
-      point = free_point<3>(point, std::span(taken).first(taken_count),
-                            {lanes_.mean[0][i], lanes_.mean[1][i], lanes_.mean[2][i]}, units_);
-    }
-    taken[taken_count++] = point;
-    for (std::size_t d = 0; d < 3; ++d) {
-      point[d] += static_cast<std::int32_t>(cell[d] - volume_.low()[d]) * units_;
-    }
-    out_.points.push_back(point);
-    out_.planes.push_back(0);
+  if (waiting_ == 0) return;
+  solve(lanes_, waiting_, units_);
+  for (auto further = lanes_.further; further != 0; further &= further - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(further));
+    std::size_t first = i;
+    while ((lanes_.further >> first & 1) != 0) --first;
+    lanes_.point[i] =
+        free_point<3>(lanes_.point[i], std::span(lanes_.point + first, i - first),
+                      {lanes_.mean[0][i], lanes_.mean[1][i], lanes_.mean[2][i]}, units_);
   }
-  waiting_count_ = 0;
+  for (std::size_t i = 0; i < waiting_; ++i) {
+    for (std::size_t d = 0; d < 3; ++d) lanes_.point[i][d] += lanes_.corner[d][i];
+    out_.points[lanes_.number[i]] = lanes_.point[i];
+  }
+  lanes_.further = 0;
+  waiting_ = 0;
 }
 
 unsigned Cells::mask_of(const Index& cell) const {

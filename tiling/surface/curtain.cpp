@@ -32,6 +32,7 @@ struct RimEdge {
   Side side;
   std::array<std::uint32_t, 2> points;    // of the surface
   std::array<std::uint32_t, 2> vertices;  // of its mesh
+  std::uint32_t triangle;                 // that it is an edge of
 };
 
 /// Edges of one triangle only, both ends on one side and not along the world's edge, in the order
@@ -47,7 +48,10 @@ std::vector<RimEdge> rim_of(const Surface& surface, const Mesh& mesh) {
       if ((common & (x_planes | y_planes)) == 0 || (common & world_edge) != 0) continue;
       ++uses[{std::min(a, b), std::max(a, b)}];
       const Side side{std::countr_zero(common)};
-      edges.push_back({side, {a, b}, {mesh.triangles[t][k], mesh.triangles[t][l]}});
+      edges.push_back({side,
+                       {a, b},
+                       {mesh.triangles[t][k], mesh.triangles[t][l]},
+                       static_cast<std::uint32_t>(t)});
     }
   }
   std::erase_if(edges, [&](const RimEdge& e) {
@@ -67,7 +71,7 @@ class Hanger {
   Hanger(const Surface& surface, const Mesh& mesh, const Curtain& curtain)
       : surface_(surface), mesh_(mesh), curtain_(curtain), rim_(rim_of(surface, mesh)) {}
 
-  Mesh run() {
+  Skirts run() {
     find_directions();
     find_lengths();
     for (const auto& edge : rim_) add_panel(edge);
@@ -166,17 +170,18 @@ class Hanger {
       top[i] = {surface_.points[point], side, like, false};
       bottom[i] = {feet_.at({side, point}).bottom, side, like, true};
     }
-    add_triangle(edge.side, {top[1], top[0], bottom[0]});
-    add_triangle(edge.side, {top[1], bottom[0], bottom[1]});
+    add_triangle(edge, {top[1], top[0], bottom[0]});
+    add_triangle(edge, {top[1], bottom[0], bottom[1]});
   }
 
   /// Where feet cross under a sharp ridge a panel folds over. Its part that faces into the tile is
   /// left out, since panels facing out cover the same; so is a triangle without area, where the
   /// solid is too thin for a skirt.
-  void add_triangle(const Side& side, const std::array<Corner, 3>& corners) {
+  void add_triangle(const RimEdge& edge, const std::array<Corner, 3>& corners) {
     const auto& [a, b, c] = corners;
     const Vec3 normal = cross(between(a.point, b.point), between(a.point, c.point));
-    if (!(dot(normal, side.outward()) > 0)) return;
+    if (!(dot(normal, edge.side.outward()) > 0)) return;
+    out_.hosts.push_back(edge.triangle);
     out_.triangles.push_back({vertex(a), vertex(b), vertex(c)});
   }
 
@@ -198,12 +203,12 @@ class Hanger {
   const std::vector<RimEdge> rim_;
   std::map<Key, Foot> feet_;
   std::map<std::tuple<int, std::uint32_t, bool>, std::uint32_t> vertices_;
-  Mesh out_;
+  Skirts out_;
 };
 
 }  // namespace
 
-Mesh hang(const Surface& surface, const Mesh& mesh, const Curtain& curtain) {
+Skirts hang(const Surface& surface, const Mesh& mesh, const Curtain& curtain) {
   return Hanger(surface, mesh, curtain).run();
 }
 

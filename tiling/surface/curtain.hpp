@@ -20,6 +20,6 @@ struct Curtain {
 
 /// The skirts of a surface whose mesh is `mesh`, triangle by triangle; as `skirts`, whose work
 /// this is.
-Mesh hang(const Surface& surface, const Mesh& mesh, const Curtain& curtain);
+Skirts hang(const Surface& surface, const Mesh& mesh, const Curtain& curtain);
 
 }  // namespace hoodoo::surface

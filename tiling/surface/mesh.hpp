@@ -14,6 +14,8 @@ namespace hoodoo::surface {
 /// sample wide, the planes at the crossings meet off the surface; Newton's step takes the vertex
 /// back towards it, inside its cell. A step that does not help is not taken.
 Surface extract(const volume::Volume& volume, slice::Land& land);
+/// The same in the memory of `workspace`, whose surface it becomes.
+const Surface& extract(const volume::Volume& volume, slice::Land& land, Workspace& workspace);
 
 /// A surface ready to be written: one vertex per point and material, so that a triangle's three
 /// vertices carry one material.
@@ -31,6 +33,11 @@ struct Mesh {
 /// `origin` is the surface's (0,0,0) in steps from the scene origin.
 Mesh shade(const Surface& surface, slice::Land& land, const slice::StepPoint& origin);
 
+/// Skirts, and the triangle of the surface that each of their triangles hangs from.
+struct Skirts : Mesh {
+  std::vector<std::uint32_t> hosts;
+};
+
 /// Skirts in the tile's border planes, facing out of the tile: from the border curve into the
 /// solid along the inward normal of that curve in its plane (straight up or down at the tile's
 /// corners and where the world ends), `depth` [m] deep, but never more than half the local
@@ -38,7 +45,7 @@ Mesh shade(const Surface& surface, slice::Land& land, const slice::StepPoint& or
 /// None along the world's edge and around holes. `mesh` is the shaded `surface`, triangle by
 /// triangle. Points stand on whole steps, on a border plane and within the tile in plan; their z
 /// may lie beyond the tile's cells.
-Mesh skirts(const Surface& surface, const Mesh& mesh, slice::Land& land,
-            const slice::StepPoint& origin, double depth);
+Skirts skirts(const Surface& surface, const Mesh& mesh, slice::Land& land,
+              const slice::StepPoint& origin, double depth);
 
 }  // namespace hoodoo::surface

@@ -35,8 +35,11 @@ bool is_straight(unsigned quadrants) {
 /// Walks the crossed edges of a volume and makes the polygon dual to each.
 class Mesher {
  public:
-  Mesher(const volume::Volume& volume, int units, Surface& out)
-      : volume_(volume), out_(out), cells_(volume, units, out), borders_(volume, units, out) {}
+  Mesher(const volume::Volume& volume, int units, Workspace& workspace)
+      : volume_(volume),
+        out_(workspace.surface),
+        cells_(volume, units, workspace),
+        borders_(volume, units, out_.points.size(), rim_) {}
 
   /// Polygons of all crossed edges, block by block, in the order of their crossings.
   void run() {
@@ -47,9 +50,13 @@ class Mesher {
                    [&](const Index&, const Block& b) { crossings += b.crossings.size(); });
     out_.triangles.reserve(2 * crossings);
     out_.materials.reserve(2 * crossings);
+    out_.points.emplace_back();  // no vertex: what `cut` reads of one ends within the next
     for_each_block(from, to, [&](const Index& b, const Block& block) {
       if (!block.crossings.empty()) add_block(b, block);
     });
+    out_.points.pop_back();
+    out_.points.insert(out_.points.end(), rim_.points.begin(), rim_.points.end());
+    out_.planes.insert(out_.planes.end(), rim_.planes.begin(), rim_.planes.end());
   }
 
  private:
@@ -62,7 +69,7 @@ class Mesher {
   using Block = volume::Block;
   /// The groups of the cells around a block's edges: its own and those before it, null where no
   /// cell is active. Bit a of an index: before along axis a.
-  using Groups = std::array<const Cells::Group*, 8>;
+  using Groups = std::array<const CellGroup*, 8>;
 
   template <class Visit>
   void for_each_block(const Index& from, const Index& to, Visit visit) const {
@@ -104,24 +111,24 @@ class Mesher {
     const auto& meshed = volume_.meshed_rows(b[0], b[1]);
     const volume::Crossing* crossing = block.crossings.data();
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (std::size_t r = 0; r < 256; ++r) {
+      block.for_each_row(axis, [&](std::size_t r) {
         unsigned bits = block.crossed[axis][r];
-        if (bits == 0) continue;
-        Index low{0, 16 * b[1] + static_cast<int>(r & 15), 16 * b[2] + static_cast<int>(r >> 4)};
+        Index low{16 * b[0], 16 * b[1] + static_cast<int>(r & 15),
+                  16 * b[2] + static_cast<int>(r >> 4)};
         const unsigned inner = inner_edges(axis, meshed, r & 15, low[2]);
+        const auto around = cells_around(groups, axis, r);
         for (; bits != 0; bits &= bits - 1, ++crossing) {
           const int x = std::countr_zero(bits);
-          low[0] = 16 * b[0] + x;
           const int sign = (block.solid[r] >> x & 1) != 0 ? 1 : -1;
-          const Edge edge{static_cast<int>(axis), low, sign, crossing};
           if ((inner >> x & 1) != 0) {
-            add_inner(edge, groups);
+            add_inner(around, static_cast<int>(axis), static_cast<std::size_t>(x), sign, crossing);
           } else {
-            place_quads(edge.axis);
-            add_polygons(edge);
+            place_quads(static_cast<int>(axis));
+            low[0] = 16 * b[0] + x;
+            add_polygons({static_cast<int>(axis), low, sign, crossing});
           }
         }
-      }
+      });
       place_quads(static_cast<int>(axis));
     }
   }
@@ -180,41 +187,74 @@ class Mesher {
     return borders_.face_vertex(face, k, edge_of_world ? world_edge : 0);
   }
 
-  /// The quadrilateral of four cells; it waits for its diagonal.
-  void add_inner(const Edge& edge, const Groups& groups) {
-    const auto a = static_cast<std::size_t>(edge.axis);
-    const std::size_t lane = waiting_count_++;
-    Waiting& quad = waiting_[lane];
-    quad.edge = edge;
+  /// The cells in one quadrant around a row of edges.
+  struct CellsBeside {
+    const CellGroup *own, *before;  // of those around the first edge, where it is another
+    std::size_t place;              // in them, of the cells beside the first edge
+    const std::uint32_t* row;       // the vertices of `own` from there on
+    std::size_t step;               // 1: the cell beside edge x is the one before
+    unsigned edge;                  // the number of these edges in their cells
+  };
+  using Around = std::array<CellsBeside, 4>;
+
+  static Around cells_around(const Groups& groups, std::size_t axis, std::size_t row) {
+    Around around;
     for (std::size_t q = 0; q < 4; ++q) {
-      Index cell = edge.low;
-      std::size_t part = 0;
-      const auto before = [&](std::size_t axis, int offset) {
-        if (offset < 0 && (cell[axis]-- & 15) == 0) part |= std::size_t{1} << axis;
-      };
-      before(next_axis(a), quadrant_u[q]);
-      before(last_axis(a), quadrant_v[q]);
-      const auto number = static_cast<unsigned>(-quadrant_u[q] - 2 * quadrant_v[q]);
-      const auto vertex = cells_.vertex(*groups[part], cell, 4 * static_cast<unsigned>(a) + number);
-      quad.corners[q] = vertex;
-      for (std::size_t d = 0; d < 3; ++d) lanes_.corner[q][d][lane] = out_.points[vertex][d];
+      std::array<int, 3> at{0, static_cast<int>(row & 15), static_cast<int>(row >> 4)};
+      at[next_axis(axis)] += quadrant_u[q];
+      at[last_axis(axis)] += quadrant_v[q];
+      const std::size_t part = (at[1] < 0 ? 2U : 0U) + (at[2] < 0 ? 4U : 0U);
+      const auto place = static_cast<std::size_t>((at[2] & 15) * 256 + (at[1] & 15) * 16);
+      around[q] = {groups[part],
+                   groups[part + 1],
+                   place,
+                   groups[part] != nullptr ? &groups[part]->vertex[place] : nullptr,
+                   at[0] < 0 ? 1U : 0U,
+                   4 * static_cast<unsigned>(axis) +
+                       static_cast<unsigned>(-quadrant_u[q] - 2 * quadrant_v[q])};
     }
-    const auto& n = edge.crossing->normal;
-    lanes_.wanted[0][lane] = n.x;
-    lanes_.wanted[1][lane] = n.y;
-    lanes_.wanted[2][lane] = n.z;
-    lanes_.sign[lane] = static_cast<float>(edge.sign);
-    if (waiting_count_ == QuadLanes::most) place_quads(edge.axis);
+    return around;
+  }
+
+  /// The quadrilateral of four cells; it waits for its diagonal.
+  void add_inner(const Around& around, int axis, std::size_t x, int sign,
+                 const volume::Crossing* crossing) {
+    const std::size_t lane = waiting_++;
+    auto& corner = quads_.corner[lane];
+    std::uint32_t any = 0;
+    for (std::size_t q = 0; q < 4; ++q) {
+      const CellsBeside& cells = around[q];
+      const bool first = x < cells.step;
+      corner[q] = first ? cells.before->vertex[cells.place + 15] : cells.row[x - cells.step];
+      any |= corner[q];
+    }
+    if ((any & CellGroup::several) != 0) {
+      for (std::size_t q = 0; q < 4; ++q) {
+        const CellsBeside& cells = around[q];
+        const bool first = x < cells.step;
+        corner[q] = cells_.vertex(first ? *cells.before : *cells.own,
+                                  cells.place + (first ? 15 : x - cells.step), cells.edge);
+      }
+    }
+    quads_.crossing[lane] = crossing;
+    quads_.sign[lane] = static_cast<float>(sign);
+    if (waiting_ == QuadLanes::most) place_quads(axis);
   }
 
   /// Those that wait are all around edges along `axis`.
   void place_quads(int axis) {
-    if (waiting_count_ == 0) return;
-    cut(lanes_, waiting_count_, axis);
-    for (std::size_t i = 0; i < waiting_count_; ++i) {
-      add_quad(waiting_[i].edge, waiting_[i].corners, lanes_.diagonal[i]);
+    if (waiting_ == 0) return;
+    cut(quads_, waiting_, axis, out_.points.data());
+    std::array<std::array<std::uint32_t, 3>, 2 * QuadLanes::most + 1> triangles;
+    std::array<std::uint16_t, 2 * QuadLanes::most> materials;
+    divide(quads_, waiting_, triangles.data());
+    for (std::size_t i = 0; i < waiting_; ++i) {
+      materials[2 * i] = materials[2 * i + 1] = quads_.crossing[i]->material;
     }
-    waiting_count_ = 0;
+    const auto n = static_cast<std::ptrdiff_t>(2 * waiting_);
+    out_.triangles.insert(out_.triangles.end(), triangles.begin(), triangles.begin() + n);
+    out_.materials.insert(out_.materials.end(), materials.begin(), materials.begin() + n);
+    waiting_ = 0;
   }
 
   /// The polygon of the quadrants inside from `first` on.
@@ -241,18 +281,24 @@ class Mesher {
   }
 
   void add_lone_quad(const Edge& edge, const Polygon& polygon) {
-    for (std::size_t q = 0; q < 4; ++q) {
-      const auto& p = out_.points[polygon.corners[q]];
-      for (std::size_t d = 0; d < 3; ++d) lanes_.corner[q][d][0] = p[d];
+    std::array<Point, 5> points{};
+    for (std::uint32_t q = 0; q < 4; ++q) {
+      points[q] = point(polygon.corners[q]);
+      quads_.corner[0][q] = q;
     }
-    const auto& n = edge.crossing->normal;
-    lanes_.wanted[0][0] = n.x;
-    lanes_.wanted[1][0] = n.y;
-    lanes_.wanted[2][0] = n.z;
-    lanes_.sign[0] = static_cast<float>(edge.sign);
-    cut(lanes_, 1, edge.axis);
-    const auto& c = polygon.corners;
-    add_quad(edge, {c[0], c[1], c[2], c[3]}, lanes_.diagonal[0]);
+    quads_.crossing[0] = edge.crossing;
+    quads_.sign[0] = static_cast<float>(edge.sign);
+    cut(quads_, 1, edge.axis, points.data());
+    for (std::size_t q = 0; q < 4; ++q) quads_.corner[0][q] = polygon.corners[q];
+    std::array<std::array<std::uint32_t, 3>, 3> triangles;
+    divide(quads_, 1, triangles.data());
+    out_.triangles.insert(out_.triangles.end(), triangles.begin(), triangles.begin() + 2);
+    out_.materials.insert(out_.materials.end(), 2, edge.crossing->material);
+  }
+
+  const Point& point(std::uint32_t vertex) const {
+    const std::size_t inner = out_.points.size() - 1;
+    return vertex < inner ? out_.points[vertex] : rim_.points[vertex - inner];
   }
 
   void add_triangle(const Edge& edge, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
@@ -261,39 +307,37 @@ class Mesher {
     out_.materials.push_back(edge.crossing->material);
   }
 
-  void add_quad(const Edge& edge, const std::array<std::uint32_t, 4>& c, int diagonal) {
-    if (diagonal == 0) {
-      add_triangle(edge, c[0], c[1], c[2]);
-      add_triangle(edge, c[0], c[2], c[3]);
-    } else {
-      add_triangle(edge, c[1], c[2], c[3]);
-      add_triangle(edge, c[1], c[3], c[0]);
-    }
-  }
-
   const volume::Volume& volume_;
   Surface& out_;
+  Surface rim_;  // the vertices of the borders, which come last
   Cells cells_;
   Borders borders_;
-  struct Waiting {
-    Edge edge;
-    std::array<std::uint32_t, 4> corners;
-  };
-  std::array<Waiting, QuadLanes::most> waiting_;
-  QuadLanes lanes_;
-  std::size_t waiting_count_ = 0;
+  QuadLanes quads_;
+  std::size_t waiting_ = 0;
 };
 
 }  // namespace
 
 Surface polygonize(const volume::Volume& volume, int units,
                    const std::function<void(std::span<Point>)>& settle) {
+  Workspace workspace;
+  polygonize(volume, units, workspace, settle);
+  return std::move(workspace.surface);
+}
+
+const Surface& polygonize(const volume::Volume& volume, int units, Workspace& workspace,
+                          const std::function<void(std::span<Point>)>& settle) {
   assert(units >= 256);
-  Surface surface;
-  Mesher mesher(volume, units, surface);
+  Surface& surface = workspace.surface;
+  surface.points.clear(), surface.planes.clear();
+  surface.triangles.clear(), surface.materials.clear();
+  Mesher mesher(volume, units, workspace);
   if (settle) settle(surface.points);
   mesher.run();
   return surface;
 }
+
+Workspace::Workspace() = default;
+Workspace::~Workspace() = default;
 
 }  // namespace hoodoo::surface

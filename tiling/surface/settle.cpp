@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "tiling/surface/mesh.hpp"
@@ -10,11 +11,13 @@ namespace {
 
 constexpr double near_enough = 0.01;  // of a cell: about what snapping costs
 constexpr int most_steps = 3;
+constexpr std::size_t batch = 2048;  // vertices whose steps stay in the cache
 
 /// A vertex on its way.
 struct Traveller {
   std::size_t vertex;
-  Vec3 step;  // Newton's, in steps of the lattice
+  Point cell;  // its low corner, in steps of the lattice
+  Vec3 step;   // Newton's, in steps of the lattice
 };
 
 class Settling {
@@ -30,30 +33,50 @@ class Settling {
   }
 
  private:
-  Point cell_of(const Point& p) const { return {p[0] / units_, p[1] / units_, p[2] / units_}; }
+  /// The low corner of the cell that holds p.
+  Point cell_of(const Point& p) const {
+    return {p[0] / units_ * units_, p[1] / units_ * units_, p[2] / units_ * units_};
+  }
+  bool holds(const Point& cell, const Point& p) const {
+    const auto inside = [&](std::size_t a) { return p[a] >= cell[a] && p[a] - cell[a] < units_; };
+    return inside(0) && inside(1) && inside(2);
+  }
 
   /// Two sheets of one cell keep their places: they must not meet.
-  bool is_alone(std::size_t i) const {
-    const Point cell = cell_of(points_[i]);
-    return !(i > 0 && cell_of(points_[i - 1]) == cell) &&
-           !(i + 1 < points_.size() && cell_of(points_[i + 1]) == cell);
+  bool is_alone(std::size_t i, const Point& cell) const {
+    return !(i > 0 && holds(cell, points_[i - 1])) &&
+           !(i + 1 < points_.size() && holds(cell, points_[i + 1]));
   }
 
-  std::vector<Vec3> newton(std::span<const Point> at) const {
-    std::vector<slice::StepPoint> points(at.size());
+  /// Their Newton's steps, in steps of the lattice.
+  void newton(std::span<const Point> at) {
+    land_.steps_to_surface(origin_, at, moves_);
+    const double per_step = 1 / land_.slice().step();
+    squares_.resize(at.size());
     for (std::size_t i = 0; i < at.size(); ++i) {
-      for (std::size_t a = 0; a < 3; ++a) points[i][a] = origin_[a] + at[i][a];
+      double &x = moves_.x[i], &y = moves_.y[i], &z = moves_.z[i];
+      x *= per_step, y *= per_step, z *= per_step;
+      squares_[i] = x * x + y * y + z * z;
     }
-    auto steps = land_.steps_to_surface(points);
-    for (auto& step : steps) step = step * (1 / land_.slice().step());
-    return steps;
   }
+  double length_of(std::size_t i) const { return std::sqrt(squares_[i]); }
+  /// The vertex is not near enough. Most are: a root is not taken of what is surely too small.
+  bool is_off(std::size_t i) const {
+    const double least = near_enough * units_;
+    return squares_[i] > 0.99 * least * least && length_of(i) > least;
+  }
+  Vec3 move(std::size_t i) const { return {moves_.x[i], moves_.y[i], moves_.z[i]}; }
 
-  std::vector<Traveller> those_off_the_surface() const {
-    const auto steps = newton(points_);
+  std::vector<Traveller> those_off_the_surface() {
     std::vector<Traveller> off;
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-      if (length(steps[i]) > near_enough * units_ && is_alone(i)) off.push_back({i, steps[i]});
+    for (std::size_t from = 0; from < points_.size(); from += batch) {
+      const auto some = points_.subspan(from, std::min(batch, points_.size() - from));
+      newton(some);
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        if (!is_off(i)) continue;
+        const Point cell = cell_of(some[i]);
+        if (is_alone(from + i, cell)) off.push_back({from + i, cell, move(i)});
+      }
     }
     return off;
   }
@@ -62,9 +85,10 @@ class Settling {
   Point reached(const Traveller& traveller) const {
     Point p = points_[traveller.vertex];
     for (std::size_t a = 0; a < 3; ++a) {
-      const std::int32_t low = p[a] / units_ * units_;
-      const double to = std::floor(p[a] + traveller.step[static_cast<int>(a)] + 0.5);
-      p[a] = static_cast<std::int32_t>(std::clamp(to, low + 1.0, low + units_ - 1.0));
+      const double low = traveller.cell[a];
+      const double to = p[a] + traveller.step[static_cast<int>(a)] + 0.5;
+      // Whole numbers on both sides, and none is below 0: what is cut off is what floor takes.
+      p[a] = static_cast<std::int32_t>(std::clamp(to, low + 1, low + units_ - 1));
     }
     return p;
   }
@@ -73,12 +97,12 @@ class Settling {
   void advance(std::vector<Traveller>& travellers) {
     std::vector<Point> to(travellers.size());
     for (std::size_t i = 0; i < to.size(); ++i) to[i] = reached(travellers[i]);
-    const auto steps = newton(to);
+    newton(to);
     std::vector<Traveller> on;
     for (std::size_t i = 0; i < to.size(); ++i) {
-      if (!(length(steps[i]) < length(travellers[i].step))) continue;
+      if (!(length_of(i) < length(travellers[i].step))) continue;
       points_[travellers[i].vertex] = to[i];
-      if (length(steps[i]) > near_enough * units_) on.push_back({travellers[i].vertex, steps[i]});
+      if (is_off(i)) on.push_back({travellers[i].vertex, travellers[i].cell, move(i)});
     }
     travellers = std::move(on);
   }
@@ -87,12 +111,20 @@ class Settling {
   int units_;
   std::span<Point> points_;
   slice::StepPoint origin_{};
+  slice::Land::Moves moves_;
+  std::vector<double> squares_;  // of the moves
 };
 
 }  // namespace
 
 Surface extract(const volume::Volume& volume, slice::Land& land) {
-  return polygonize(volume, land.slice().lattice.units(),
+  Workspace workspace;
+  extract(volume, land, workspace);
+  return std::move(workspace.surface);
+}
+
+const Surface& extract(const volume::Volume& volume, slice::Land& land, Workspace& workspace) {
+  return polygonize(volume, land.slice().lattice.units(), workspace,
                     [&](std::span<Point> points) { Settling(land, volume.low(), points).run(); });
 }
 

@@ -2,8 +2,8 @@
 
 namespace hoodoo::surface {
 
-Mesh skirts(const Surface& surface, const Mesh& mesh, slice::Land& land,
-            const slice::StepPoint& origin, double depth) {
+Skirts skirts(const Surface& surface, const Mesh& mesh, slice::Land& land,
+              const slice::StepPoint& origin, double depth) {
   const auto& slice = land.slice();
   Curtain curtain;
   curtain.origin = origin;

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -33,6 +34,16 @@ struct Surface {
   std::vector<std::uint16_t> materials;                 // per triangle
 };
 
+struct CellGroup;
+
+/// Memory that one surface leaves to the next. For one thread.
+struct Workspace {
+  Workspace();
+  ~Workspace();
+  Surface surface;
+  std::vector<std::unique_ptr<CellGroup>> groups;
+};
+
 /// Triangulates the crossings of `volume`: manifold dual contouring whose surface ends, on the
 /// border planes of the box and at columns that are not meshed, in the two-dimensional dual
 /// contour of that plane's lattice.
@@ -53,5 +64,8 @@ struct Surface {
 /// in the span.
 Surface polygonize(const volume::Volume& volume, int units,
                    const std::function<void(std::span<Point>)>& settle = {});
+/// The same in the memory of `workspace`, whose surface it becomes.
+const Surface& polygonize(const volume::Volume& volume, int units, Workspace& workspace,
+                          const std::function<void(std::span<Point>)>& settle = {});
 
 }  // namespace hoodoo::surface

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "engine/base/file.hpp"
+#include "engine/base/file_writer.hpp"
 #include "engine/dem/earth.hpp"
 #include "tiling/store/store.hpp"
 #include "tiling/tileset/manifest.hpp"
@@ -20,47 +21,41 @@ using nlohmann::json;
 constexpr int levels_per_file = 4;
 const fs::path part_folder = "subtrees";
 
-/// The JSON of the index, external files first.
+/// The JSON of the index, external files first. What is held are the tiles of one file for each
+/// four levels.
 class Writer {
  public:
-  Writer(const Bake& bake, const Tree& tree, const std::map<plan::Key, double>& given,
-         const fs::path& folder)
-      : bake_(bake), tree_(tree), folder_(folder) {
-    raise(given);
-  }
+  Writer(const Index& index, const Tree& tree, const fs::path& folder)
+      : index_(index), tree_(tree), folder_(folder) {}
 
   json tileset() {
     std::vector<json> roots;
-    for (const auto& key : tree_.roots) roots.push_back(inline_tile(key, levels_per_file, ""));
-    json root;
     Box box;
-    for (const auto& key : tree_.roots) box.add(tree_.nodes.at(key).box);
+    for (const auto* tile : tree_.roots()) {
+      roots.push_back(inline_tile(*tile, levels_per_file, "").json);
+      box.add(tree_.box(*tile));
+    }
+    json root;
     if (roots.size() == 1) {
       root = std::move(roots.front());
     } else {
       // A bake held to fewer levels has no tile over all of the world, or it is empty.
       root = {{"boundingVolume", volume(box)}, {"geometricError", diagonal(box)}};
-      if (!roots.empty()) root["children"] = roots;
+      if (!roots.empty()) root["children"] = std::move(roots);
     }
     root["refine"] = "REPLACE";
-    if (const auto earth = dem::earth_of(bake_.frame)) root["transform"] = earth->transform();
+    if (const auto earth = dem::earth_of(index_.frame)) root["transform"] = earth->transform();
     return document(std::move(root), box);
   }
-  const std::vector<fs::path>& files() const { return files_; }
+  std::vector<fs::path>& files() { return files_; }
 
  private:
-  /// Errors that fall strictly from parent to child, whatever is given.
-  void raise(const std::map<plan::Key, double>& given) {
-    for (const auto& [key, node] : tree_.nodes) {
-      double least = 0;
-      for (const auto& child : node.children) {
-        least = std::max(least, errors_.at(child) + bake_.lattice.step(key.level));
-      }
-      const auto at = given.find(key);
-      errors_[key] =
-          node.children.empty() ? 0 : std::max(least, at == given.end() ? 0 : at->second);
-    }
-  }
+  /// A tile as the index has it, and its geometricError, which falls strictly from parent to
+  /// child, whatever was measured.
+  struct Shown {
+    nlohmann::json json;
+    double error = 0;
+  };
 
   static double diagonal(const Box& box) { return box.empty() ? 0 : length(box.max - box.min); }
 
@@ -68,49 +63,64 @@ class Writer {
   json volume(const Box& box) const {
     if (box.empty()) return {{"box", {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}}};
     const Vec3 middle = (box.min + box.max) * 0.5, half = (box.max - box.min) * 0.5;
-    const auto side = [&](double h) { return std::max(h, bake_.lattice.step0); };
+    const auto side = [&](double h) { return std::max(h, index_.lattice.step0); };
     return {{"box",
              {middle.x, middle.y, middle.z, side(half.x), 0.0, 0.0, 0.0, side(half.y), 0.0, 0.0,
               0.0, side(half.z)}}};
   }
 
-  json head(const plan::Key& key) const {
-    return {{"boundingVolume", volume(tree_.nodes.at(key).box)},
-            {"geometricError", errors_.at(key)}};
+  json head(const plan::Tile& tile, double error) const {
+    return {{"boundingVolume", volume(tree_.box(tile))}, {"geometricError", error}};
   }
 
-  json inline_tile(const plan::Key& key, int levels, const std::string& to_top) {
-    const auto& node = tree_.nodes.at(key);
-    json tile = head(key);
-    if (node.has_content()) {
-      tile["content"] = {{"uri", to_top + store::tile_path(node.record->content).generic_string()}};
+  /// One content, or one for each slab with the box it has to itself.
+  void add_contents(json& tile, const Record& record, const std::string& to_top) const {
+    const auto uri = [&](const Digest& content) {
+      return to_top + store::tile_path(content).generic_string();
+    };
+    if (record.slabs.empty()) {
+      tile["content"] = {{"uri", uri(record.content)}};
+      return;
     }
-    if (node.children.empty()) return tile;
-    auto& children = tile["children"] = json::array();
-    for (const auto& child : node.children) {
-      const bool leaf = tree_.nodes.at(child).children.empty();
-      children.push_back(levels > 1 || leaf ? inline_tile(child, levels - 1, to_top)
-                                            : external_tile(child, to_top));
+    for (const auto& slab : record.slabs) {
+      tile["contents"].push_back(
+          {{"uri", uri(slab.content)}, {"boundingVolume", volume(slab.box)}});
     }
-    return tile;
+  }
+
+  Shown inline_tile(const plan::Tile& tile, int levels, const std::string& to_top) {
+    Shown shown;
+    auto children = json::array();
+    double least = 0;
+    for (const auto* child : tree_.children(tile)) {
+      auto below = levels > 1 || child->leaf ? inline_tile(*child, levels - 1, to_top)
+                                             : external_tile(*child, to_top);
+      least = std::max(least, below.error + index_.lattice.step(tile.level));
+      children.push_back(std::move(below.json));
+    }
+    shown.error = children.empty() ? 0 : std::max(least, tile.error);
+    shown.json = head(tile, shown.error);
+    if (tile.has_content()) add_contents(shown.json, index_.read(tile), to_top);
+    if (!children.empty()) shown.json["children"] = std::move(children);
+    return shown;
   }
 
   /// A tile whose content is a file of its own: its root has the same box and error, and the glTF.
-  json external_tile(const plan::Key& key, const std::string& to_top) {
-    json root = inline_tile(key, levels_per_file, "../");
+  Shown external_tile(const plan::Tile& tile, const std::string& to_top) {
+    auto [root, error] = inline_tile(tile, levels_per_file, "../");
     root["refine"] = "REPLACE";
-    const json file = document(std::move(root), tree_.nodes.at(key).box);
+    const json file = document(std::move(root), tree_.box(tile));
     const std::string text = file.dump();
     // Named by content, so that an index of an earlier run stays whole until the last rename.
-    const auto name =
-        fmt::format("{}-{}-{}-{}.json", key.level, key.x, key.y, sha256(text).hex().substr(0, 16));
+    const auto name = fmt::format("{}-{}-{}-{}.json", tile.level, tile.x, tile.y,
+                                  sha256(text).hex().substr(0, 16));
     const fs::path path = part_folder / name;
-    std::error_code error;
-    if (!fs::is_regular_file(folder_ / path, error)) write_file(folder_ / path, text);
+    std::error_code failure;
+    if (!fs::is_regular_file(folder_ / path, failure)) write_file(folder_ / path, text);
     files_.push_back(path);
-    json tile = head(key);
-    tile["content"] = {{"uri", to_top.empty() ? path.generic_string() : name}};
-    return tile;
+    Shown shown{head(tile, error), error};
+    shown.json["content"] = {{"uri", to_top.empty() ? path.generic_string() : name}};
+    return shown;
   }
 
   static json document(json root, const Box& box) {
@@ -121,10 +131,9 @@ class Writer {
             {"root", std::move(root)}};
   }
 
-  const Bake& bake_;
+  const Index& index_;
   const Tree& tree_;
   const fs::path& folder_;
-  std::map<plan::Key, double> errors_;
   std::vector<fs::path> files_;
 };
 
@@ -146,23 +155,24 @@ void remove_stale(const fs::path& folder, const std::vector<fs::path>& files, bo
 
 }  // namespace
 
-std::vector<fs::path> write_index(const Bake& bake, const std::map<plan::Key, double>& errors,
-                                  const fs::path& folder) {
-  const Tree tree = make_tree(bake);
-  Writer writer(bake, tree, errors, folder);
+Written write_index(Index& index, const fs::path& folder, const IndexSettings& settings) {
+  const Tree tree(index, folder);
+  Writer writer(index, tree, folder);
   const std::string text = writer.tileset().dump();
-  auto files = writer.files();
-  write_file(folder / "bake.json", manifest_text(bake, errors));
-  write_file(folder / "tileset.json", text);
-  remove_stale(folder, files, bake.complete());
-  files.emplace_back("bake.json");
-  files.emplace_back("tileset.json");
-  for (const auto& record : bake.records) {
-    if (!record.empty) files.push_back(store::tile_path(record.content));
-  }
-  std::ranges::sort(files);
-  files.erase(std::unique(files.begin(), files.end()), files.end());
-  return files;
+  Written written;
+  written.files = std::move(writer.files());
+  FileWriter manifest(folder / "bake.json"), tileset(folder / "tileset.json");
+  write_manifest(index, settings, manifest, written);
+  tileset.write(text);
+  // Both are whole before either takes its place: a full disk leaves both as they were.
+  manifest.sync();
+  tileset.sync();
+  manifest.commit();
+  tileset.commit();
+  remove_stale(folder, written.files, index.complete());
+  written.files.emplace_back("bake.json");
+  written.files.emplace_back("tileset.json");
+  return written;
 }
 
 }  // namespace hoodoo::tileset

@@ -44,50 +44,42 @@ tree::Material material_of(const json& object, const std::string& where) {
   return material;
 }
 
-/// The plan: what is finished and what is missing.
-std::vector<plan::Key> planned_of(const json& document, const std::vector<Record>& finished,
-                                  const std::string& where) {
-  std::vector<plan::Key> planned;
-  for (const auto& record : finished) planned.push_back(record.key);
-  if (document.contains("missing")) {
-    for (const auto& text : list_of(document, "missing", 0, where)) {
-      const auto key = text.is_string() ? plan::Key::parse(text.get<std::string>()) : std::nullopt;
-      if (!key) throw refused(where, "must name missing tiles as L/X/Y");
-      planned.push_back(*key);
-    }
+}  // namespace
+
+Header read_header(const ManifestReader& reader, const std::string& where) {
+  const auto& document = reader.document();
+  Header header;
+  header.engine = text_of(document, "engine", where);
+  header.scene_name = text_of(document, "name", where);
+  header.scene = digest_of(document, "scene", where);
+  for (const auto& digest : list_of(document, "elevations", 0, where)) {
+    const auto named = json::object({{"elevations", digest}});
+    header.elevations.push_back(digest_of(named, "elevations", where));
   }
-  std::ranges::sort(planned);
-  if (std::ranges::adjacent_find(planned) != planned.end()) {
-    throw refused(where, "lists a tile twice");
+  header.frame = reader.header().frame;
+  header.lattice = reader.header().lattice;
+  header.levels = reader.header().levels;
+  for (const auto& material : list_of(document, "materials", 0, where)) {
+    header.materials.push_back(material_of(material, where));
   }
-  if (planned.size() != count_of(document, "planned", where)) {
-    throw refused(where, "does not list every tile that is planned");
-  }
-  return planned;
+  return header;
 }
 
-}  // namespace
+void expect_all_planned(std::size_t tiles, const ManifestReader& reader, const std::string& where) {
+  if (tiles == count_of(reader.document(), "planned", where)) return;
+  throw refused(where, "does not list every tile that is planned");
+}
 
 Bake read_bake(const std::filesystem::path& folder) {
   const auto where = (folder / "bake.json").string();
-  const auto document = read_index(folder);
-  auto manifest = manifest_from(document, where);
+  ManifestReader reader(folder);
   Bake bake;
-  bake.engine = text_of(document, "engine", where);
-  bake.scene_name = text_of(document, "name", where);
-  bake.scene = digest_of(document, "scene", where);
-  for (const auto& digest : list_of(document, "elevations", 0, where)) {
-    const auto named = json::object({{"elevations", digest}});
-    bake.elevations.push_back(digest_of(named, "elevations", where));
+  static_cast<Header&>(bake) = read_header(reader, where);
+  while (auto entry = reader.next()) {
+    bake.planned.push_back(entry->key);
+    if (!entry->missing) bake.records.push_back(std::move(entry->record));
   }
-  bake.frame = manifest.frame;
-  bake.lattice = manifest.lattice;
-  bake.levels = manifest.levels;
-  bake.planned = planned_of(document, manifest.records, where);
-  for (const auto& material : list_of(document, "materials", 0, where)) {
-    bake.materials.push_back(material_of(material, where));
-  }
-  bake.records = std::move(manifest.records);
+  expect_all_planned(bake.planned.size(), reader, where);
   return bake;
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "tiling/tileset/manifest.hpp"
 #include "tiling/tileset/tileset.hpp"
@@ -9,20 +10,74 @@ namespace hoodoo::tileset {
 
 using nlohmann::json;
 
+namespace {
+
+json to_json(const Box& box) {
+  return {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z};
+}
+
+/// Of the digests of slabs one after another.
+Digest digest_of_all(const std::vector<Slab>& slabs) {
+  std::vector<std::byte> all;
+  for (const auto& slab : slabs) {
+    const auto bytes = std::as_bytes(std::span(slab.content.bytes));
+    all.insert(all.end(), bytes.begin(), bytes.end());
+  }
+  return sha256(all);
+}
+
+json to_json(const std::vector<Slab>& slabs) {
+  json list = json::array();
+  for (const auto& slab : slabs) {
+    list.push_back({{"content", slab.content.hex()},
+                    {"bytes", slab.bytes},
+                    {"vertices", slab.vertices},
+                    {"triangles", slab.triangles},
+                    {"skirt_triangles", slab.skirt_triangles},
+                    {"box", to_json(slab.box)}});
+  }
+  return list;
+}
+
+}  // namespace
+
+void set_files(Record& record, std::vector<Slab> files) {
+  record.bytes = record.vertices = record.triangles = record.skirt_triangles = 0;
+  record.box = {};
+  for (const auto& file : files) {
+    record.bytes += file.bytes;
+    record.vertices += file.vertices;
+    record.triangles += file.triangles;
+    record.skirt_triangles += file.skirt_triangles;
+    record.box.add(file.box);
+  }
+  record.content = files.size() == 1 ? files.front().content : digest_of_all(files);
+  if (files.size() > 1) record.slabs = std::move(files);
+}
+
+std::vector<Slab> Record::files() const {
+  if (empty) return {};
+  if (!slabs.empty()) return slabs;
+  return {{content, bytes, vertices, triangles, skirt_triangles, box}};
+}
+
 json to_json(const Record& record) {
   json result{{"key", record.key.text()}, {"slice", record.slice.hex()}};
   if (record.empty) {
     result["empty"] = true;
     return result;
   }
-  const auto& [low, high] = record.box;
-  result["content"] = record.content.hex();
+  if (record.slabs.empty()) {
+    result["content"] = record.content.hex();
+  } else {
+    result["contents"] = to_json(record.slabs);
+  }
   result["bytes"] = record.bytes;
   result["vertices"] = record.vertices;
   result["triangles"] = record.triangles;
   result["skirt_triangles"] = record.skirt_triangles;
   result["world_edges"] = record.world_edges;
-  result["box"] = {low.x, low.y, low.z, high.x, high.y, high.z};
+  result["box"] = to_json(record.box);
   result["simplification"] = record.simplification;
   result["materials"] = record.materials;
   return result;
@@ -50,18 +105,10 @@ double number_of(const json& object, const char* key, const std::string& where) 
 }
 
 Digest digest_of(const json& object, const char* key, const std::string& where) {
-  const std::string hex = text_of(object, key, where);
-  Digest digest;
-  const auto value = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
-  const auto is_digit = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
-  if (hex.size() != 64 || !std::ranges::all_of(hex, is_digit)) {
-    throw Error(Fault::bad_input, where,
-                std::string("must have 64 hexadecimal digits as \"") + key + '"');
-  }
-  for (std::size_t i = 0; i < 32; ++i) {
-    digest.bytes[i] = static_cast<std::uint8_t>(16 * value(hex[2 * i]) + value(hex[2 * i + 1]));
-  }
-  return digest;
+  const auto digest = Digest::parse(text_of(object, key, where));
+  if (digest) return *digest;
+  throw Error(Fault::bad_input, where,
+              std::string("must have 64 hexadecimal digits as \"") + key + '"');
 }
 
 namespace {
@@ -95,6 +142,20 @@ std::map<std::string, std::uint64_t> histogram_of(const json& object, const std:
   return histogram;
 }
 
+std::vector<Slab> slabs_of(const json& object, const std::string& where) {
+  const auto& list = object.at("contents");
+  if (!list.is_array() || list.size() < 2) {
+    throw Error(Fault::bad_input, where, "must have two or more \"contents\"");
+  }
+  std::vector<Slab> slabs;
+  for (const auto& entry : list) {
+    slabs.push_back({digest_of(entry, "content", where), count_of(entry, "bytes", where),
+                     count_of(entry, "vertices", where), count_of(entry, "triangles", where),
+                     count_of(entry, "skirt_triangles", where), box_of(entry, where)});
+  }
+  return slabs;
+}
+
 }  // namespace
 
 Record record_from_json(const json& object, const std::string& where) {
@@ -105,13 +166,14 @@ Record record_from_json(const json& object, const std::string& where) {
   record.slice = digest_of(object, "slice", where);
   record.empty = object.contains("empty");
   if (record.empty) return record;
-  record.content = digest_of(object, "content", where);
-  record.bytes = count_of(object, "bytes", where);
-  record.vertices = count_of(object, "vertices", where);
-  record.triangles = count_of(object, "triangles", where);
-  record.skirt_triangles = count_of(object, "skirt_triangles", where);
+  if (object.contains("contents")) {
+    set_files(record, slabs_of(object, where));
+  } else {
+    set_files(record, {{digest_of(object, "content", where), count_of(object, "bytes", where),
+                        count_of(object, "vertices", where), count_of(object, "triangles", where),
+                        count_of(object, "skirt_triangles", where), box_of(object, where)}});
+  }
   record.world_edges = count_of(object, "world_edges", where);
-  record.box = box_of(object, where);
   record.simplification = number_of(object, "simplification", where);
   record.materials = histogram_of(object, where);
   return record;

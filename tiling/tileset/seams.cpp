@@ -58,7 +58,7 @@ bool Seams::in_cell_plane(const Position& a, const Position& b) const {
 }
 
 bool Seams::in_border_plane(const Position& a, const Position& b) const {
-  const std::int64_t side = std::int64_t{lattice_.units()} * lattice_.tile_cells;
+  const std::int64_t side = lattice_.side(level_);
   return (a[0] == b[0] && a[0] % side == 0) || (a[1] == b[1] && a[1] % side == 0);
 }
 
@@ -140,7 +140,7 @@ void Seams::add_edges(const Welded& welded) {
 }
 
 void Seams::add(const plan::Key& key, const glb::Decoded& tile) {
-  const std::int64_t side = std::int64_t{lattice_.units()} * lattice_.tile_cells;
+  const std::int64_t side = lattice_.side(level_);
   if (key.y != row_) close_below(key.y * side);
   row_ = key.y;
   const Welded welded = weld(tile);

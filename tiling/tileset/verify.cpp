@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -9,8 +10,10 @@
 #include "engine/base/json.hpp"
 #include "tiling/glb/earth.hpp"
 #include "tiling/glb/glb.hpp"
+#include "tiling/glb/slabs.hpp"
 #include "tiling/store/store.hpp"
 #include "tiling/tileset/manifest.hpp"
+#include "tiling/tileset/orphans.hpp"
 #include "tiling/tileset/seams.hpp"
 
 namespace hoodoo::tileset {
@@ -21,6 +24,8 @@ using nlohmann::json;
 
 /// Problems are listed up to this many, and counted on.
 constexpr std::size_t most_problems = 200;
+/// Files that no index names are counted, and named up to this many.
+constexpr std::size_t most_named = 5;
 
 class Report {
  public:
@@ -42,18 +47,22 @@ class Report {
 /// Walks tileset.json and the files it names.
 class IndexWalk {
  public:
-  IndexWalk(const fs::path& folder, Report& report) : folder_(folder), report_(report) {}
+  /// Told of each file of a tile and the box in force for it. True: not met before.
+  using Meet = std::function<bool(const fs::path&, const Box&)>;
 
-  /// Box in force for each tile file, by relative path.
-  std::map<fs::path, Box> run() {
+  IndexWalk(const fs::path& folder, Report& report, Meet meet)
+      : folder_(folder), report_(report), meet_(std::move(meet)) {}
+
+  void run() {
     try {
       open("tileset.json", nullptr);
     } catch (const json::exception& error) {
       throw Error(Fault::bad_input, (folder_ / "tileset.json").string(),
                   std::string("is no tileset: ") + error.what());
     }
-    return std::move(contents_);
   }
+  /// tileset.json and the external tilesets that it leads to.
+  const std::set<fs::path>& files() const { return opened_; }
 
  private:
   struct Tile {
@@ -103,25 +112,32 @@ class IndexWalk {
                                        above->error));
       }
     }
-    if (tile.contains("content")) {
-      const auto uri = text_of(tile.at("content"), "uri", where);
-      const auto target = (path.parent_path() / uri).lexically_normal();
-      if (target.is_absolute() || *target.begin() == "..") {
-        report_.add(where, "names a file outside: " + uri);
-      } else if (target.extension() == ".json") {
-        open(target, &here);
-      } else if (!contents_.emplace(target, here.box).second) {
-        report_.add(where, "names a file twice: " + uri);
-      }
+    if (tile.contains("content")) follow(tile.at("content"), path, here);
+    if (tile.contains("contents")) {
+      for (const auto& content : tile.at("contents")) follow(content, path, here);
     }
     if (!tile.contains("children")) return;
     for (const auto& child : tile.at("children")) visit(child, path, &here, false);
   }
 
+  /// A content of `tile`, which may have a box of its own.
+  void follow(const json& content, const fs::path& path, const Tile& tile) {
+    const std::string where = (folder_ / path).string();
+    const auto uri = text_of(content, "uri", where);
+    const auto target = (path.parent_path() / uri).lexically_normal();
+    if (target.is_absolute() || *target.begin() == "..") {
+      return report_.add(where, "names a file outside: " + uri);
+    }
+    if (target.extension() == ".json") return open(target, &tile);
+    const Box box = content.contains("boundingVolume") ? box_of(content, where) : tile.box;
+    if (!tile.box.contains(box)) report_.add(where, "a content's box leaves its tile's");
+    if (!meet_(target, box)) report_.add(where, "names a file twice: " + uri);
+  }
+
   const fs::path& folder_;
   Report& report_;
+  Meet meet_;
   std::set<fs::path> opened_;
-  std::map<fs::path, Box> contents_;
 };
 
 Box bounds(const glb::Decoded& tile) {
@@ -142,64 +158,137 @@ class Inspection {
  public:
   explicit Inspection(const fs::path& folder)
       : folder_(folder),
-        manifest_(read_manifest(folder)),
-        earth_(dem::earth_of(manifest_.frame)),
-        boxes_(IndexWalk(folder, report_).run()) {}
+        manifest_(folder),
+        header_(manifest_.header()),
+        earth_(dem::earth_of(header_.frame)) {}
 
   Verification run() {
-    for (int level = 0; level < manifest_.levels; ++level) inspect(level);
-    for (const auto& [file, box] : boxes_) {
-      report_.add((folder_ / file).string(), "is in tileset.json, not in bake.json");
+    while (const auto entry = manifest_.next()) {
+      if (entry->missing) continue;
+      for (const auto& file : entry->record.files()) {
+        files_.push_back({entry->key, entry->at, file.content.start()});
+      }
+    }
+    std::ranges::sort(files_, {}, &Listed::content);
+    IndexWalk walk(folder_, report_,
+                   [this](const fs::path& file, const Box& box) { return meet(file, box); });
+    walk.run();
+    look_for_orphans(walk.files());
+    std::ranges::sort(files_, {}, [](const Listed& file) {
+      return std::tuple(file.key.level, file.key.y, file.key.x);
+    });
+    std::span<const Listed> rest(files_);
+    for (int level = 0; level < header_.levels; ++level) {
+      const auto end = std::ranges::find_if(
+          rest, [level](const Listed& file) { return file.key.level > level; });
+      const auto count = static_cast<std::size_t>(end - rest.begin());
+      inspect(level, rest.first(count));
+      rest = rest.subspan(count);
     }
     result_.problems = report_.take();
     return std::move(result_);
   }
 
  private:
-  void inspect(int level) {
-    std::vector<const Record*> records;
-    for (const auto& record : manifest_.records) {
-      if (record.key.level == level && !record.empty) records.push_back(&record);
+  /// What is held of a tile's file.
+  struct Listed {
+    plan::Key key;          // of the tile
+    std::uint64_t at;       // in bake.json
+    std::uint64_t content;  // start of its digest
+    bool met = false;       // in the tileset
+  };
+
+  /// Several tiles may have one content.
+  bool meet(const fs::path& file, const Box& box) {
+    const auto digest = store::digest_of(file);
+    const auto start = digest ? digest->start() : 0;
+    const std::span<Listed> same(std::ranges::lower_bound(files_, start, {}, &Listed::content),
+                                 std::ranges::upper_bound(files_, start, {}, &Listed::content));
+    bool fresh = same.empty();
+    Box own;
+    bool known = false;
+    for (auto& listed : same) {
+      for (const auto& slab : manifest_.record_at(listed.at).files()) {
+        if (store::tile_path(slab.content) != file) continue;
+        own = slab.box;
+        known = true;
+      }
+      fresh = fresh || !listed.met;
+      listed.met = true;
     }
-    std::ranges::sort(records, [](const Record* a, const Record* b) {
-      return std::tie(a->key.y, a->key.x) < std::tie(b->key.y, b->key.x);
-    });
-    Seams seams(manifest_.lattice, level);
+    if (!known) {
+      report_.add((folder_ / file).string(), "is in tileset.json, not in bake.json");
+    } else if (!box.contains(own)) {
+      report_.add((folder_ / file).string(), "its box in the tileset is too small");
+    }
+    return fresh;
+  }
+
+  void inspect(int level, std::span<const Listed> files) {
+    Seams seams(header_.lattice, level);
     std::uint64_t world_edges = 0;
-    for (const auto* record : records) {
-      world_edges += record->world_edges;
+    while (!files.empty()) {
+      const auto end = std::ranges::find_if(
+          files, [&](const Listed& file) { return file.at != files.front().at; });
+      const auto count = static_cast<std::size_t>(end - files.begin());
+      const auto record = manifest_.record_at(files.front().at);
+      world_edges += record.world_edges;
       try {
-        inspect(*record, seams);
+        inspect(record, files.first(count), seams);
       } catch (const Error& error) {
         for (const auto& problem : error.problems) report_.add(problem.where, problem.what);
       }
+      files = files.subspan(count);
     }
     seams.finish();
     sum_up(seams, level, world_edges);
   }
 
-  void inspect(const Record& record, Seams& seams) {
-    const auto file = store::tile_path(record.content);
-    const std::string where = (folder_ / file).string();
-    const auto bytes = store::get_tile(folder_, record.content);
-    const double step = manifest_.lattice.step(record.key.level);
-    const auto tile = glb::read(bytes, earth_ ? step / glb::finer : step, where);
+  void look_for_orphans(const std::set<fs::path>& index) {
+    const auto is_named = [&](const fs::path& file) {
+      if (file == "bake.json" || index.contains(file)) return true;
+      const auto digest = store::digest_of(file);
+      return digest && file == store::tile_path(*digest) &&
+             std::ranges::binary_search(files_, digest->start(), {}, &Listed::content);
+    };
+    const auto found = orphans(folder_, is_named, header_.complete);
+    if (found.empty()) return;
+    std::string what = fmt::format("{} files that no index names: ", found.size());
+    for (std::size_t i = 0; i < std::min(found.size(), most_named); ++i) {
+      what += (i > 0 ? ", " : "") + found[i].generic_string();
+    }
+    report_.add(folder_.string(), what + (found.size() > most_named ? ", ..." : ""));
+  }
+
+  /// The files of one tile.
+  void inspect(const Record& record, std::span<const Listed> files, Seams& seams) {
+    const double step = header_.lattice.step(record.key.level);
+    std::vector<glb::Decoded> slabs;
+    for (const auto& file : record.files()) {
+      const auto listed = std::ranges::find(files, file.content.start(), &Listed::content);
+      slabs.push_back(inspect(file, listed != files.end() && listed->met, step));
+    }
     ++result_.tiles;
+    const auto tile = glb::join(std::move(slabs));
     result_.triangles += tile.surface.triangles.size();
-    if (bytes.size() != record.bytes || tile.surface.triangles.size() != record.triangles ||
-        tile.skirt.triangles.size() != record.skirt_triangles) {
+    const auto where = fmt::format("tile {}", record.key.text());
+    seams.add(record.key, earth_ ? glb::from_earth(tile, *earth_, step, where) : tile);
+  }
+
+  /// One file of a tile by itself.
+  glb::Decoded inspect(const Slab& slab, bool met, double step) {
+    const auto file = store::tile_path(slab.content);
+    const std::string where = (folder_ / file).string();
+    const auto bytes = store::get_tile(folder_, slab.content);
+    auto part = glb::read(bytes, earth_ ? step / glb::finer : step, where);
+    if (bytes.size() != slab.bytes || part.surface.triangles.size() != slab.triangles ||
+        part.skirt.triangles.size() != slab.skirt_triangles) {
       report_.add(where, "has another size than bake.json says");
     }
-    const Box box = bounds(tile);
-    if (box != record.box) report_.add(where, "has another box than bake.json says");
-    const auto indexed = boxes_.find(file);
-    if (indexed != boxes_.end()) {
-      if (!indexed->second.contains(box)) report_.add(where, "its box in the tileset is too small");
-      boxes_.erase(indexed);
-    } else if (manifest_.complete) {
-      report_.add(where, "is in bake.json, not in the tileset");
-    }
-    seams.add(record.key, earth_ ? glb::from_earth(tile, *earth_, step, where) : tile);
+    const Box box = bounds(part);
+    if (box != slab.box) report_.add(where, "has another box than bake.json says");
+    if (!met && header_.complete) report_.add(where, "is in bake.json, not in the tileset");
+    return part;
   }
 
   void sum_up(const Seams& seams, int level, std::uint64_t world_edges) {
@@ -210,7 +299,7 @@ class Inspection {
       report_.add(where, fmt::format("{} {}, one at {}", fault.count,
                                      Seams::describe(static_cast<Seams::Kind>(kind)), fault.where));
     }
-    if (manifest_.complete && seams.open_edges() != world_edges) {
+    if (header_.complete && seams.open_edges() != world_edges) {
       report_.add(where, fmt::format("{} edges have one face, {} should, at the world's edge",
                                      seams.open_edges(), world_edges));
     }
@@ -221,9 +310,10 @@ class Inspection {
 
   const fs::path& folder_;
   Report report_;
-  Manifest manifest_;
+  ManifestReader manifest_;
+  const ManifestHeader& header_;
   std::optional<dem::Earth> earth_;
-  std::map<fs::path, Box> boxes_;  // of the tileset, those not met yet
+  std::vector<Listed> files_;
   Verification result_;
 };
 

@@ -1,6 +1,7 @@
 #include "tiling/volume/lanes.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "tiling/volume/root.hpp"
 
@@ -28,13 +29,14 @@ HWY_INLINE unsigned Bits(D d, M mask) {
 }
 
 void SignsOfElevations(const double* elevations, double low, double spacing, std::uint16_t* rows) {
+  constexpr std::size_t side = 17;
   const Tag d;
   for (int k = 0; k < 16; ++k) {
     const Doubles z = All(low + k * spacing);
     for (std::size_t j = 0; j < 16; ++j) {
       unsigned bits = 0;
       for (std::size_t i = 0; i < 16; i += hn::Lanes(d)) {
-        bits |= Bits(d, hn::Gt(hn::LoadU(d, elevations + 16 * j + i), z)) << i;
+        bits |= Bits(d, hn::Gt(hn::LoadU(d, elevations + side * j + i), z)) << i;
       }
       *rows++ = static_cast<std::uint16_t>(bits);
     }
@@ -78,6 +80,38 @@ unsigned SignsOfRow(const float* values, float iso) {
     bits |= Bits(d, hn::Gt(hn::LoadU(d, values + i), hn::Set(d, iso))) << i;
   }
   return bits;
+}
+
+std::size_t FindCrossed(const Volume::Rows& rows,
+                        const std::array<std::array<std::uint16_t, 16>, 3>& near,
+                        const std::array<unsigned, 3>& layers, Block& block) {
+  for (std::size_t z = 0; z < 16; ++z) {
+    std::uint16_t keep[3];
+    for (std::size_t a = 0; a < 3; ++a) keep[a] = (layers[a] >> z & 1) != 0 ? 0xffff : 0;
+    for (std::size_t y = 0; y < 16; ++y) {
+      const std::uint32_t own = rows[z][y];
+      const std::uint32_t next[3] = {own >> 1, rows[z][y + 1], rows[z + 1][y]};
+      for (std::size_t a = 0; a < 3; ++a) {
+        block.crossed[a][16 * z + y] =
+            static_cast<std::uint16_t>((own ^ next[a]) & near[a][y] & keep[a]);
+      }
+    }
+  }
+  std::size_t count = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t four = 0; four < 256; four += 4) {
+      std::uint64_t any = 0;  // most rows have none
+      std::memcpy(&any, &block.crossed[a][four], sizeof any);
+      const std::uint64_t before = count * 0x0001000100010001U;
+      std::memcpy(&block.first[a][four], &before, sizeof before);
+      if (any == 0) continue;
+      for (std::size_t r = four; r < four + 4; ++r) {
+        block.first[a][r] = static_cast<std::uint16_t>(count);
+        count += static_cast<std::size_t>(__builtin_popcount(block.crossed[a][r]));
+      }
+    }
+  }
+  return count;
 }
 
 /// One vector of edges. All of them have made the same number of steps.
@@ -165,6 +199,7 @@ namespace hoodoo::volume {
 HWY_EXPORT(SignsOfElevations);
 HWY_EXPORT(SignsOfValues);
 HWY_EXPORT(SignsOfRow);
+HWY_EXPORT(FindCrossed);
 HWY_EXPORT(Next);
 HWY_EXPORT(Put);
 HWY_EXPORT(PointAgainst);
@@ -173,7 +208,7 @@ namespace {
 constexpr std::size_t most_lanes = 8;  // room for a last vector that is not full
 }
 
-void find_signs(std::span<const double, 256> elevations, double z, double spacing, SignRows rows) {
+void find_signs(std::span<const double, 289> elevations, double z, double spacing, SignRows rows) {
   HWY_DYNAMIC_DISPATCH(SignsOfElevations)(elevations.data(), z, spacing, rows.data());
 }
 void find_signs(std::span<const float, 4096> values, SignRows rows) {
@@ -182,6 +217,12 @@ void find_signs(std::span<const float, 4096> values, SignRows rows) {
 unsigned find_signs(std::span<const float, 16> values, float iso) {
   return HWY_DYNAMIC_DISPATCH(SignsOfRow)(values.data(), iso);
 }
+std::size_t find_crossed(const Volume::Rows& rows,
+                         const std::array<std::array<std::uint16_t, 16>, 3>& near,
+                         const std::array<unsigned, 3>& layers, Block& block) {
+  return HWY_DYNAMIC_DISPATCH(FindCrossed)(rows, near, layers, block);
+}
+
 void point_against(std::span<const double> x, std::span<const double> y, std::span<const double> z,
                    const std::array<std::span<float>, 3>& out) {
   HWY_DYNAMIC_DISPATCH(PointAgainst)
@@ -215,18 +256,18 @@ void RootLanes::put(std::span<const double> values, std::span<double> roots) {
   HWY_DYNAMIC_DISPATCH(Put)
   (low_.data(), high_.data(), f_low_.data(), f_high_.data(), place_.data(), values.data(), n_);
   room_ *= 0.5;
+  // Without a branch that cannot be foreseen: what is not done yet is overwritten later.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < n_; ++i) {
-    if (high_[i] - low_[i] <= RootFinder::tolerance) {
-      roots[edges_[i]] = 0.5 * (low_[i] + high_[i]);
-      continue;
-    }
-    edges_[kept] = edges_[i];
-    low_[kept] = low_[i];
-    high_[kept] = high_[i];
-    f_low_[kept] = f_low_[i];
-    f_high_[kept] = f_high_[i];
-    ++kept;
+    const std::uint32_t edge = edges_[i];
+    const double low = low_[i], high = high_[i], f_low = f_low_[i], f_high = f_high_[i];
+    roots[edge] = 0.5 * (low + high);
+    edges_[kept] = edge;
+    low_[kept] = low;
+    high_[kept] = high;
+    f_low_[kept] = f_low;
+    f_high_[kept] = f_high;
+    kept += high - low > RootFinder::tolerance ? 1 : 0;
   }
   n_ = kept;
 }

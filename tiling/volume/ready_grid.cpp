@@ -88,8 +88,7 @@ class Reader {
     point_against(uphill_[0], uphill_[1], uphill_[2], {normal_[0], normal_[1], normal_[2]});
     auto& crossings = volume_.make_block(b).crossings;
     for (std::size_t i = 0; i < n; ++i) {
-      crossings[i].t = static_cast<float>(t_[i]);
-      crossings[i].normal = {normal_[0][i], normal_[1][i], normal_[2][i]};
+      crossings[i] = {static_cast<float>(t_[i]), {normal_[0][i], normal_[1][i], normal_[2][i]}, 0};
     }
   }
 
@@ -124,9 +123,14 @@ class Reader {
 }  // namespace
 
 Volume volume_of(const ReadyGrid& grid) {
-  Volume volume({0, 0, 0}, {grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1});
-  Reader(grid, volume).run();
+  Volume volume;
+  read(grid, volume);
   return volume;
+}
+
+void read(const ReadyGrid& grid, Volume& volume) {
+  volume.reset({0, 0, 0}, {grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1});
+  Reader(grid, volume).run();
 }
 
 }  // namespace hoodoo::volume

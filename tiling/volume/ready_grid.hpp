@@ -25,5 +25,7 @@ struct ReadyGrid {
 /// Material 0 throughout.
 /// Source: Lorensen, Cline 1987, Marching Cubes, for both.
 Volume volume_of(const ReadyGrid& grid);
+/// The same in the memory of `volume`.
+void read(const ReadyGrid& grid, Volume& volume);
 
 }  // namespace hoodoo::volume

@@ -42,7 +42,7 @@ Part part_of(const Volume& volume, const Index& b) {
 class Sampler {
  public:
   Sampler(slice::Land& land, Volume& volume)
-      : land_(land), volume_(volume), spacing_(land.slice().spacing()) {
+      : land_(land), volume_(volume), spacing_(land.slice().spacing()), relief_(volume, spacing_) {
     const auto& high = volume.block_high();
     kept_.resize(place_of({high[0] - 1, high[1] - 1, high[2] - 1}) + 1);
   }
@@ -54,10 +54,11 @@ class Sampler {
       }
     }
     volume_.mark();
-    CrossingFinder finder(land_, volume_);
-    for (std::int64_t z = volume_.block_low()[2]; z < volume_.block_high()[2]; ++z) {
-      for (std::int64_t y = volume_.block_low()[1]; y < volume_.block_high()[1]; ++y) {
-        for (std::int64_t x = volume_.block_low()[0]; x < volume_.block_high()[0]; ++x) {
+    CrossingFinder finder(land_, volume_, relief_);
+    // Column by column: blocks above each other share their elevations.
+    for (std::int64_t y = volume_.block_low()[1]; y < volume_.block_high()[1]; ++y) {
+      for (std::int64_t x = volume_.block_low()[0]; x < volume_.block_high()[0]; ++x) {
+        for (std::int64_t z = volume_.block_low()[2]; z < volume_.block_high()[2]; ++z) {
           const Index b{x, y, z};
           if (volume_.block(b) == nullptr) continue;
           const auto known = std::move(kept_[place_of(b)]);
@@ -65,6 +66,7 @@ class Sampler {
         }
       }
     }
+    finder.finish();
   }
 
  private:
@@ -86,7 +88,6 @@ class Sampler {
 
   void sample_column(std::int64_t x, std::int64_t y) {
     if (!column_matters(x, y)) return;
-    heights_of_ = nullptr;
     columns_.clear();
     const auto surface = surface_of_column(x, y);
     for (std::int64_t z = volume_.block_low()[2]; z < volume_.block_high()[2]; ++z) {
@@ -105,7 +106,7 @@ class Sampler {
   /// height field and steps that can only act where their trees reach: blocks beyond need no field.
   std::optional<Interval> surface_of_column(std::int64_t x, std::int64_t y) const {
     const auto& ground = land_.slice().ground;
-    if (ground.bodies.size() != 1) return std::nullopt;
+    if (ground.bodies.size() != 1 || land_.is_closed()) return std::nullopt;
     const auto& body = ground.bodies[0];
     // With a falloff beyond this, single precision may not tell solid from air a cell away.
     const bool plain = !body.inverted && body.domain.empty() && !body.slope_corrected &&
@@ -140,26 +141,9 @@ class Sampler {
   }
 
   void sample_heights(const Index& b, const Part& part, const dem::Window& window) {
-    const Vec3 at = origin(b);
-    if (heights_of_ != &window) look_up(at, window);
     std::array<std::uint16_t, 256> rows;
-    find_signs(heights_, at.z, spacing_, rows);
+    find_signs(relief_.at(b[0], b[1], window).h, origin(b).z, spacing_, rows);
     put_signs(b, part, rows);
-  }
-
-  /// The elevations of the block column at `at`.
-  void look_up(const Vec3& at, const dem::Window& window) {
-    std::array<double, 16> x, y;
-    for (std::size_t i = 0; i < 16; ++i) {
-      x[i] = at.x + static_cast<double>(i) * spacing_;
-      y[i] = at.y + static_cast<double>(i) * spacing_;
-    }
-    heights_of_ = &window;
-    std::array<double, 256> by_column;
-    window.heights(x, y, by_column);
-    for (std::size_t i = 0; i < 16; ++i) {
-      for (std::size_t j = 0; j < 16; ++j) heights_[16 * j + i] = by_column[16 * i + j];
-    }
   }
 
   /// Keeps the part's rows. A block whose points are all alike is not stored.
@@ -234,9 +218,8 @@ class Sampler {
   slice::Land& land_;
   Volume& volume_;
   double spacing_;
-  std::array<double, 256> heights_;          // of the block column at hand at 16 j + i,
-  const dem::Window* heights_of_ = nullptr;  // once they are asked for
-  tree::Columns columns_;                    // of the same block column
+  ReliefColumns relief_;
+  tree::Columns columns_;  // of the block column at hand
   std::vector<float> x_, y_, z_, value_;
   BlockValues values_;
   std::vector<std::unique_ptr<BlockValues>> kept_;  // by block
@@ -257,6 +240,7 @@ std::array<std::int64_t, 2> z_cells(const slice::Land& land) {
     if (std::isfinite(reach.max.z)) range.high = std::max(range.high, reach.max.z);
   }
   if (!(range.low <= range.high)) return {0, 16};
+  if (slice.floor) range.low = std::min(range.low, *slice.floor);
   const double block = 16 * slice.spacing();
   const auto low = static_cast<std::int64_t>(std::floor((range.low - slice.spacing()) / block));
   const auto high = static_cast<std::int64_t>(std::ceil((range.high + slice.spacing()) / block));
@@ -266,20 +250,26 @@ std::array<std::int64_t, 2> z_cells(const slice::Land& land) {
 }  // namespace
 
 Volume sample(slice::Land& land) {
+  Volume volume;
+  sample(land, volume);
+  return volume;
+}
+
+void sample(slice::Land& land, Volume& volume) {
   const auto& slice = land.slice();
   const std::int64_t cells = slice.lattice.tile_cells;
   const auto z = z_cells(land);
-  Volume volume({slice.key.x * cells, slice.key.y * cells, z[0]},
-                {(slice.key.x + 1) * cells, (slice.key.y + 1) * cells, z[1]});
+  volume.reset({slice.key.x * cells, slice.key.y * cells, z[0]},
+               {(slice.key.x + 1) * cells, (slice.key.y + 1) * cells, z[1]});
+  const auto wide = static_cast<std::size_t>(cells + 2);
+  land.in_world(volume.low()[0] - 1, volume.low()[1] - 1, wide, volume.in_world());
   bool any = false;
-  for (std::int64_t j = volume.low()[1] - 1; j <= volume.high()[1]; ++j) {
-    for (std::int64_t i = volume.low()[0] - 1; i <= volume.high()[0]; ++i) {
-      volume.set_in_world(i, j, land.in_world(i, j));
-      any = any || volume.meshed(i, j);
+  for (std::int64_t j = volume.low()[1]; j < volume.high()[1] && !any; ++j) {
+    for (std::int64_t i = volume.low()[0]; i < volume.high()[0] && !any; ++i) {
+      any = volume.meshed(i, j);
     }
   }
   if (any) Sampler(land, volume).run();
-  return volume;
 }
 
 }  // namespace hoodoo::volume

@@ -2,7 +2,9 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -46,24 +48,42 @@ struct Block {
   const Crossing& crossing(std::size_t axis, std::size_t row, unsigned x) const {
     return crossings[first[axis][row] + count_bits(crossed[axis][row] & ((1U << x) - 1))];
   }
+  /// Calls visit(row) for the rows with a crossed edge along `axis`, in order.
+  template <class Visit>
+  void for_each_row(std::size_t axis, Visit visit) const {
+    for (std::size_t four = 0; four < 256; four += 4) {
+      std::uint64_t any = 0;  // most rows have none
+      std::memcpy(&any, &crossed[axis][four], sizeof any);
+      if (any == 0) continue;
+      for (std::size_t row = four; row < four + 4; ++row) {
+        if (crossed[axis][row] != 0) visit(row);
+      }
+    }
+  }
 };
 
 /// The lattice of one tile: points of the closed box [low, high], edges between them, and which
 /// cell columns are meshed. Blocks of one kind of point throughout are not stored.
 class Volume {
  public:
+  /// Empty until it is reset.
+  Volume() = default;
   /// Everything air, every column in the world.
-  Volume(const Index& low, const Index& high);
+  Volume(const Index& low, const Index& high) { reset(low, high); }
+  /// As if made anew, in the memory that it has.
+  void reset(const Index& low, const Index& high);
 
   const Index& low() const { return low_; }
   const Index& high() const { return high_; }
 
   /// Column (i, j) of cells lies in the world. Known for the box and one column around it, so that
   /// boxes that share a face treat the world's edge beside it alike.
-  bool in_world(std::int64_t i, std::int64_t j) const { return in_world_[column(i, j)]; }
+  bool in_world(std::int64_t i, std::int64_t j) const { return in_world_[column(i, j)] != 0; }
   void set_in_world(std::int64_t i, std::int64_t j, bool in_world) {
-    in_world_[column(i, j)] = in_world;
+    in_world_[column(i, j)] = in_world ? 1 : 0;
   }
+  /// All of them: those of the box and one column around it, 0 or 1, i fastest.
+  std::span<std::uint8_t> in_world() { return in_world_; }
   /// Cells of column (i, j) are part of the surface: it lies in the box and in the world.
   bool meshed(std::int64_t i, std::int64_t j) const {
     return i >= low_[0] && j >= low_[1] && i < high_[0] && j < high_[1] && in_world(i, j);
@@ -115,7 +135,8 @@ class Volume {
   Block& make_block(const Index& b);
   void set_solid(const Index& p, bool solid);
 
-  /// Finds the crossed edges from the signs, and makes room for their crossings. Blocks without
+  /// Finds the crossed edges from the signs, and makes room for their crossings, which are to be
+  /// set. Blocks without
   /// a mixture of points that still own a crossed edge become stored ones.
   void mark();
   /// Calls visit(axis, Index) for every crossed edge, blocks in order (z, y, x), within a block by
@@ -147,10 +168,11 @@ class Volume {
   bool may_be_crossed(const Index& b) const;
   void mark_block(const Index& b);
 
-  Index low_, high_, block_low_, block_high_, size_;
-  std::vector<bool> in_world_;
+  Index low_{}, high_{}, block_low_{}, block_high_{}, size_{};
+  std::vector<std::uint8_t> in_world_;
   std::vector<MeshedRows> meshed_;  // by block column
   std::vector<Slot> slots_;
+  std::vector<std::unique_ptr<Block>> spare_;  // stored once, to be overwritten
   std::uint64_t evaluations_ = 0;
 };
 
@@ -180,5 +202,7 @@ void Volume::for_each_crossing(Visit visit) const {
 /// elevations alone govern a block, crossings come straight from them (Paris et al. 2019, section
 /// 7). Uniform blocks (root interval excludes 1/2) are not sampled.
 Volume sample(slice::Land& land);
+/// The same in the memory of `volume`.
+void sample(slice::Land& land, Volume& volume);
 
 }  // namespace hoodoo::volume

@@ -8,8 +8,10 @@
 namespace hoodoo::tree {
 namespace {
 
+using formula::arguments;
 using formula::D;
 using formula::held;
+using formula::result_of;
 
 constexpr double largest = 1000;  // of the result
 
@@ -102,66 +104,6 @@ class Stack {
   std::size_t n_, height_ = 0;
   std::vector<T> values_;
 };
-
-/// What an instruction makes of its arguments, the last one first.
-template <class T>
-T result_of(Op op, const T& a) {
-  switch (op) {
-    case Op::negate:
-      return T() - a;
-    case Op::abs:
-      return magnitude(a);
-    case Op::sin:
-      return formula::sine(a);
-    case Op::cos:
-      return formula::cosine(a);
-    case Op::sqrt:
-      return formula::root(a);
-    case Op::exp:
-      return formula::exponential(a);
-    case Op::log:
-      return formula::logarithm(a);
-    default:
-      return formula::whole(a);
-  }
-}
-template <class T>
-T result_of(Op op, const T& a, const T& b) {
-  switch (op) {
-    case Op::add:
-      return a + b;
-    case Op::subtract:
-      return a - b;
-    case Op::multiply:
-      return a * b;
-    case Op::divide:
-      return formula::divide(a, b);
-    case Op::pow:
-      return formula::pow(a, b);
-    case Op::min:
-      return smaller(a, b);
-    default:
-      return larger(a, b);
-  }
-}
-template <class T>
-T result_of(Op op, const T& a, const T& b, const T& c) {
-  switch (op) {
-    case Op::clamp:
-      return smaller(larger(a, b), c);
-    case Op::mix:
-      return a + (b - a) * c;
-    default:
-      return formula::smoothstep(a, b, c);
-  }
-}
-
-std::size_t arguments(Op op) {
-  if (op <= Op::z) return 0;
-  if (op >= Op::add && op <= Op::max) return 2;
-  if (op >= Op::clamp && op <= Op::smoothstep) return 3;
-  return op >= Op::noise ? 4 : 1;
-}
 
 /// Replaces the arguments on the stack by the result.
 template <class T>

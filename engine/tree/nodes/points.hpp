@@ -19,6 +19,9 @@ struct PointSet : BallSet {
   double reach(double radius) const { return radius / half_falloff; }
   Support support(std::span<const Support>) const { return ball_set_support(*this); }
   void check(const std::string& where, std::vector<Problem>& problems) const;
+  /// The roughness leaves something of a ball of the least radius [m].
+  void check_least(double least_radius, const std::string& where,
+                   std::vector<Problem>& problems) const;
   friend bool operator==(const PointSet&, const PointSet&) = default;
 };
 

@@ -27,6 +27,9 @@ struct SphereSet : BallSet {
   /// R [m] of a ball.
   double reach(double) const { return falloff; }
   Support support(std::span<const Support>) const { return ball_set_support(*this); }
+  void check(const std::string& where, std::vector<Problem>& problems) const {
+    check_source(*this, where, problems);
+  }
   friend bool operator==(const SphereSet&, const SphereSet&) = default;
 };
 

@@ -39,15 +39,17 @@ globalThis.loadTileset = async (url, error) => {
     modelMatrix: root.transform ? Cesium.Matrix4.IDENTITY : frame,
   });
   tileset.tileFailed.addEventListener(({ url: file, message }) => errors.push(`${file}: ${message}`));
-  tileset.tileVisible.addEventListener((tile) => shown.add(tile.content.url));
+  tileset.tileVisible.addEventListener(({ content }) => {
+    for (const file of content.innerContents ?? [content]) shown.add(file.url);
+  });
   scene.renderError.addEventListener((where, reason) => errors.push(String(reason)));
   scene.primitives.add(tileset);
   const { longitude, latitude, height } = Cesium.Cartographic.fromCartesian(tileset.boundingSphere.center);
   return [Cesium.Math.toDegrees(longitude), Cesium.Math.toDegrees(latitude), height];
 };
 
-/** Draws until everything needed is there; the files on screen and what went wrong. */
-globalThis.drawTileset = async ({ position, target, fov, near }) => {
+/** Draws until everything needed is there for some frames; the files on screen and what went wrong. */
+globalThis.drawTileset = async ({ position, target, fov, near }, frames = 15) => {
   const { camera } = scene;
   const along = Cesium.Cartesian3.normalize(
     Cesium.Cartesian3.subtract(new Cesium.Cartesian3(...target), new Cesium.Cartesian3(...position), new Cesium.Cartesian3()),
@@ -57,8 +59,10 @@ globalThis.drawTileset = async ({ position, target, fov, near }) => {
   const aspect = innerWidth / innerHeight;   // its angle of view is along the longer side
   camera.frustum.fov = 2 * Math.atan(Math.tan((fov * Math.PI) / 360) * Math.max(1, aspect));
   camera.frustum.near = near;
-  camera.setView({ destination: place(position), orientation: { direction: turn(along), up: turn(up) } });
-  for (let still = 0; still < 15 && errors.length === 0;) {
+  // setView goes by heading and pitch, and turns a view that is nearly straight up.
+  Object.entries({ position: place(position), direction: turn(along), up: turn(up), right: turn(side) })
+    .forEach(([name, vector]) => Cesium.Cartesian3.clone(vector, camera[name]));
+  for (let still = 0; still < frames && errors.length === 0;) {
     shown = new Set();
     await nextFrame();
     still = tileset.tilesLoaded ? still + 1 : 0;

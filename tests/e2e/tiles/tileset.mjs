@@ -27,14 +27,15 @@ export async function readTileset(folder) {
       say(`has the geometricError ${error}, its parent ${above.error}`);
     }
     const own = { error, boxes: [box ?? [[0, 0, 0], [0, 0, 0]], ...(above?.boxes ?? [])] };
-    if (tile.contents?.length > 1) say('has several contents, which most viewers do not show');
-    const uris = [tile.content, ...(tile.contents ?? [])].filter(Boolean).map((c) => c.uri);
-    for (const uri of uris) {
+    const listed = [tile.content, ...(tile.contents ?? [])].filter(Boolean);
+    const uris = listed.map((c) => c.uri);
+    if (tile.contents && (tile.content || tile.contents.length < 2)) say('has contents where it should have one');
+    for (const { uri, boundingVolume } of listed) {
       const target = join(dirname(file), decodeURIComponent(uri));
       if (named.has(target)) say(`names ${uri} again`);
       named.add(target);
       if (uri.endsWith('.json')) await open(target, own);
-      else contents.push({ file: target, boxes: own.boxes, error });
+      else contents.push({ file: target, boxes: boundingVolume ? [axisBox(boundingVolume.box), ...own.boxes] : own.boxes, error });
     }
     if (!uris.some((uri) => uri.endsWith('.json'))) {
       tiles += uris.length > 0 ? 1 : 0;
@@ -67,14 +68,32 @@ function axisBox(box) {
   return [box.slice(0, 3), axes.map((axis, a) => Math.abs(axis[a]))];
 }
 
-/** What bake.json says: the lattice [m], and each tile that has a surface, by content digest. */
+/** bake.json in either form: one document, or a header and then one line per planned tile. */
+export async function readIndex(folder) {
+  const text = await readFile(join(folder, 'bake.json'), 'utf8');
+  const end = text.indexOf('\n');
+  const first = text.slice(0, end < 0 ? undefined : end);
+  if (!first.startsWith('{') || !first.endsWith('}') || first.includes('"tiles":')) return JSON.parse(text);
+  const lines = text.slice(end + 1).split('\n').filter(Boolean).map((line) => JSON.parse(line));
+  return { ...JSON.parse(first), tiles: lines.filter(({ missing }) => !missing),
+           missing: lines.filter(({ missing }) => missing).map(({ key }) => key) };
+}
+
+/**
+ * What bake.json says: the lattice [m], by how many levels each level is sampled finer, and each tile that has a
+ * surface, by content digest. A slab of a tile has the tile's record with its own counts; the world's edges are the
+ * first one's.
+ */
 export async function readBake(folder) {
-  const bake = await readJson(join(folder, 'bake.json'));
-  const { spacing, step, tile_cells: cells } = bake.lattice;
+  const bake = await readIndex(folder);
+  const { spacing, step, tile_cells: cells, finer = [] } = bake.lattice;
   const records = new Map();
   for (const tile of bake.tiles) {
     const [level, x, y] = tile.key.split('/').map(Number);
-    if (tile.content) records.set(tile.content, { ...tile, key: { level, x, y }, name: tile.key });
+    const files = tile.contents ?? (tile.content ? [tile] : []);
+    files.forEach((file, i) => records.set(file.content, {
+      ...tile, ...file, key: { level, x, y }, name: tile.key, slabs: files.length, world_edges: i === 0 ? tile.world_edges : 0,
+    }));
   }
-  return { spacing, step, cells, records };
+  return { spacing, step, cells, finer, records };
 }

@@ -21,3 +21,13 @@ TEST(Sha256, DoesNotDependOnHowTheBytesArrive) {
   for (std::size_t i = 0; i < text.size(); i += 7) pieces.add(text.substr(i, 7));
   EXPECT_EQ(pieces.finish(), sha256(text));
 }
+
+TEST(Digest, ReadsWhatItWritesAndNothingElse) {
+  const Digest digest = sha256("abc");
+  EXPECT_EQ(Digest::parse(digest.hex()), digest);
+  EXPECT_EQ(digest.start(), 0xba7816bf8f01cfeaU);
+  for (std::string bad : {std::string(), digest.hex().substr(1), digest.hex() + "0",
+                          "B" + digest.hex().substr(1), "g" + digest.hex().substr(1)}) {
+    EXPECT_EQ(Digest::parse(bad), std::nullopt) << bad;
+  }
+}

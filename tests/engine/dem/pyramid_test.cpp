@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "engine/base/error.hpp"
+#include "engine/base/file.hpp"
 #include "engine/base/hash.hpp"
 #include "engine/dem/chunks.hpp"
 #include "engine/dem/crs.hpp"
@@ -249,16 +250,78 @@ TEST(Pyramid, TwoAtOnceMakeOne) {
   EXPECT_EQ(good, 4);
 }
 
-TEST(Pyramid, RefusesADamagedChunk) {
+/// Exclusive-ors one byte of a file.
+void flip(const std::filesystem::path& path, std::streamoff at) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(at);
+  const auto byte = static_cast<char>(file.get() ^ 1);
+  file.seekp(at);
+  file.put(byte);
+}
+
+TEST(Pyramid, RefusesADamagedChunkOnceAndMakesItAnew) {
   const ScratchFolder folder;
   const auto path = projected(folder, 100, 100, hills(100, 100));
   const auto p = ingest(path, folder / "cache");
-  std::fstream file(level_file(folder / "cache" / p->digest().hex(), 0),
-                    std::ios::in | std::ios::out | std::ios::binary);
-  file.seekp(4000);
-  file.put('!');
-  file.close();
-  EXPECT_THROW(ingest(path, folder / "cache")->window(0, p->extent()), Error);
+  const auto whole = contents(folder / "cache");
+  flip(level_file(folder / "cache" / p->digest().hex(), 0), 4000);
+  const auto damaged = ingest(path, folder / "cache");
+  EXPECT_THROW(damaged->window(0, p->extent()), Error);
+  const auto anew = ingest(path, folder / "cache");
+  EXPECT_FALSE(anew->window(0, p->extent()).empty());
+  EXPECT_EQ(contents(folder / "cache"), whole);
+}
+
+TEST(Pyramid, MakesOneWithADamagedIndexAnew) {
+  const ScratchFolder folder;
+  const auto path = projected(folder, 100, 100, hills(100, 100));
+  const auto place = folder / "cache" / ingest(path, folder / "cache")->digest().hex();
+  const auto whole = contents(folder / "cache");
+  const auto text = read_file(index_file(place), 1 << 20);
+  // A number that would move the land without making the JSON wrong.
+  flip(index_file(place), static_cast<std::streamoff>(text.find("\"dx\": ") + 6));
+  ingest(path, folder / "cache");
+  EXPECT_EQ(contents(folder / "cache"), whole);
+  for (const auto& name : {place / "chunks.bin", level_file(place, 1)}) {
+    std::filesystem::remove(name);
+    ingest(path, folder / "cache");
+    EXPECT_EQ(contents(folder / "cache"), whole) << name;
+  }
+}
+
+TEST(Pyramid, KeepsNothingOfARasterThatChangesMeanwhile) {
+  const ScratchFolder folder;
+  auto samples = hills(600, 600);
+  const auto path = projected(folder, 600, 600, samples);
+  IngestSettings settings;
+  bool changed = false;
+  settings.progress = [&](double) {
+    if (changed) return;
+    changed = true;
+    for (auto& h : samples) h += 1;
+    projected(folder, 600, 600, samples);
+  };
+  try {
+    ingest(path, folder / "cache", {}, settings);
+    FAIL() << "did not notice";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fault, Fault::io);
+    EXPECT_THAT(error.what(), testing::HasSubstr("projected.tif: changed while it was read"));
+  }
+  EXPECT_TRUE(contents(folder / "cache").empty());
+}
+
+TEST(Pyramid, SaysThatARasterChangedRatherThanWhatCameOfIt) {
+  const ScratchFolder folder;
+  const auto path = projected(folder, 600, 600, hills(600, 600));
+  IngestSettings settings;
+  settings.progress = [&](double) { std::filesystem::resize_file(path, 20'000); };
+  try {
+    ingest(path, folder / "cache", {}, settings);
+    FAIL() << "did not notice";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("changed while it was read"));
+  }
 }
 
 TEST(Pyramid, WindowsAgreeToTheBitWhereverTheyAreCut) {

@@ -359,7 +359,8 @@ TEST(Raster, SaysWhichRowsOfATruncatedFileAreGone) {
     const auto path = write_tiff(folder / "dem.tif", 64, 64, std::vector<float>(64 * 64, 1.0f), o);
     lose_last_block(path, tile ? TIFFTAG_TILEOFFSETS : TIFFTAG_STRIPOFFSETS);
     const auto error = error_of(path);
-    EXPECT_EQ(error.fault, Fault::io);
+    EXPECT_EQ(error.fault, Fault::bad_input);
+    EXPECT_THAT(error.what(), testing::HasSubstr("is cut short"));
     EXPECT_THAT(error.what(), testing::HasSubstr(tile ? "rows 48 to 63" : "rows 60 to 63"));
   }
 }

@@ -46,16 +46,29 @@ TEST(Window, GivesAGridTheBitsOfItsPoints) {
     for (int i = 0; i < 1 + trial % 17; ++i) x.push_back(anywhere(random) + i * across);
     const double from = anywhere(random);
     for (int j = 0; j < 1 + trial % 35; ++j) y.push_back(from + j * along);
-    std::vector<double> h(x.size() * y.size());
-    w.heights(x, y, h);
+    const std::size_t n = x.size() * y.size();
+    std::vector<double> h(n), hx(n), hy(n), alone(n);
+    std::vector<std::uint8_t> valid(n);
+    limit_simd(std::array{"ssse3", "sse4", "avx2", "best"}[static_cast<std::size_t>(trial) % 4],
+               "");
+    w.grid(x, y, {h, hx, hy});
+    w.grid(x, y, {alone, {}, {}});
+    w.valid(x, y, valid);
     for (std::size_t i = 0; i < x.size(); ++i) {
       for (std::size_t j = 0; j < y.size(); ++j) {
-        ASSERT_EQ(h[y.size() * i + j], w.height(x[i], y[j])) << x[i] << ' ' << y[j];
+        const std::size_t k = x.size() * j + i;
+        const Height one = w.at(x[i], y[j]);
+        ASSERT_EQ(h[k], one.h) << x[i] << ' ' << y[j];
+        ASSERT_EQ(hx[k], one.hx) << x[i] << ' ' << y[j];
+        ASSERT_EQ(hy[k], one.hy) << x[i] << ' ' << y[j];
+        ASSERT_EQ(alone[k], one.h) << x[i] << ' ' << y[j];
+        ASSERT_EQ(valid[k] != 0, w.valid(x[i], y[j])) << x[i] << ' ' << y[j];
       }
     }
   }
+  limit_simd("best", "");
   std::vector<double> none(6, 7);
-  Window().heights(std::vector<double>{1, 2}, std::vector<double>{1, 2, 3}, none);
+  Window().grid(std::vector<double>{1, 2}, std::vector<double>{1, 2, 3}, {none, {}, {}});
   EXPECT_EQ(none, std::vector<double>(6, 0));
 }
 

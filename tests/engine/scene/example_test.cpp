@@ -17,7 +17,8 @@ class Example : public testing::Test {
     std::vector<Problem> warnings;
     EXPECT_THAT(texts(check(stated, {folder.path(), {}}, &warnings)), IsEmpty());
     EXPECT_THAT(texts(warnings), IsEmpty());
-    scene_ = new Scene(open(stated, {folder.path(), {}}, {folder / "cache", {}}));
+    scene_ =
+        new Scene(open(stated, {folder.path(), {}}, {.cache = folder / "cache", .ingest = {}}));
   }
   static void TearDownTestSuite() {
     delete scene_;
@@ -95,7 +96,7 @@ TEST(Examples, AreReadWithoutAProblemOrAnOddity) {
     std::vector<Problem> warnings;
     EXPECT_THAT(texts(check(stated, sources, &warnings)), IsEmpty());
     EXPECT_THAT(texts(warnings), IsEmpty());
-    const auto scene = open(stated, sources, {folder / "cache", {}});
+    const auto scene = open(stated, sources, {.cache = folder / "cache", .ingest = {}});
     EXPECT_THAT(scene.warnings, IsEmpty());
     EXPECT_FALSE(scene.name.empty());
   }

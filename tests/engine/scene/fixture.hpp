@@ -51,7 +51,7 @@ class SceneTest : public testing::Test {
         R"({"hoodoo": 1, "terrains": [{"id": "land", "dem": "dem.tif"}]})");
   }
   static Scene opened(const nlohmann::json& scene) {
-    return open(scene, sources(), {*shared_ / "cache", {}});
+    return open(scene, sources(), {.cache = *shared_ / "cache", .ingest = {}});
   }
   static std::vector<Problem> problems(const nlohmann::json& scene) {
     return check(scene, sources());

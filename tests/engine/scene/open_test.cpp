@@ -170,7 +170,7 @@ TEST_F(Open, MakesABodyOfEveryTerrain) {
 }
 
 TEST_F(Open, TellsHowFarItIs) {
-  auto settings = OpenSettings{folder() / "fresh", {}};
+  auto settings = OpenSettings{.cache = folder() / "fresh", .ingest = {}};
   double last = -1;
   settings.ingest.progress = [&](double part) { last = part; };
   open(minimal(), sources(), settings);

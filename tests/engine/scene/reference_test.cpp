@@ -61,6 +61,13 @@ TEST(NodeReference, IsThePageInTheRepository) {
   EXPECT_EQ(read_file(page, 1U << 24), text) << "run with HOODOO_BLESS=1 to accept the new page";
 }
 
+TEST(ToolReference, IsThePageInTheRepository) {
+  const auto text = scene::tool_reference();
+  const auto page = schema_folder / "TOOLS.md";
+  if (blessed()) write_file(page, text);
+  EXPECT_EQ(read_file(page, 1U << 24), text) << "run with HOODOO_BLESS=1 to accept the new page";
+}
+
 TEST(NodeReference, HasAnExampleOfEveryTypeAndItsPicture) {
   const auto names = scene::node_names();
   EXPECT_GT(names.size(), 40U);

@@ -164,5 +164,17 @@ TEST_F(Level, TellsWhatReachesABlock) {
   EXPECT_EQ(field({0, 50, 0})->explain(), (std::vector<std::string>{"terrain land"}));
 }
 
+TEST_F(Level, HasOneMaterialUnlessGeologyOrAnOperationMakesMore) {
+  step(Operation::unite, {dot_at({0, 0, 10}, 5, 2)});
+  EXPECT_EQ(field({0, 0, -5})->material(), 1);
+  EXPECT_EQ(field({0, 0, 10})->material(), 1);
+  step(Operation::unite, {dot_at({0, 0, 10}, 5, 2)}, 0);
+  EXPECT_EQ(field({0, 0, -5})->material(), 1);  // the operation does not reach there
+  EXPECT_EQ(field({0, 0, 10})->material(), std::nullopt);
+  ground.geology = Node{dot_at({0, 0, -5}, 5, 0.2)};
+  EXPECT_EQ(field({0, 0, -5})->material(), std::nullopt);
+  EXPECT_EQ(field({0, 0, -50})->material(), 0);  // rho is 0 where the geology does not reach
+}
+
 }  // namespace
 }  // namespace hoodoo::tree

@@ -22,8 +22,8 @@ class Api : public testing::Test {
     temporary.write("viewer/index.html", "<!doctype html>");
     job::Settings settings;
     settings.data = temporary.path / "data";
-    queue = std::make_unique<job::Queue>(
-        settings, engine_of([this](const auto& out, const auto& bake) { return run(out, bake); }));
+    queue = std::make_unique<job::Queue>(settings,
+                                         engine_of([this](const auto& work) { return run(work); }));
     http::ApiSettings api_settings;
     api_settings.base = "http://127.0.0.1:1234";
     api_settings.hosts = {"127.0.0.1:1234"};
@@ -35,7 +35,7 @@ class Api : public testing::Test {
 
   Response ask(const std::string& method, const std::string& path, const std::string& body = "",
                const std::string& type = "application/json") {
-    Request request{method, path, "", {{"host", "127.0.0.1:1234"}}, body};
+    Request request{method, path, "", {{"host", "127.0.0.1:1234"}}, body, ""};
     if (!type.empty()) request.headers["content-type"] = type;
     return api->answer(request);
   }
@@ -50,12 +50,11 @@ class Api : public testing::Test {
   }
 
   TemporaryFolder temporary;
-  std::function<bake::Report(const std::filesystem::path&, const bake::Settings&)> run =
-      [](const auto& out, const auto&) {
-        std::filesystem::create_directories(out);
-        std::ofstream(out / "tileset.json") << "{}";
-        return finished();
-      };
+  std::function<job::Outcome(const job::Work&)> run = [](const auto& work) {
+    std::filesystem::create_directories(work.folder / "out");
+    std::ofstream(work.folder / "out/tileset.json") << "{}";
+    return finished();
+  };
   std::unique_ptr<job::Queue> queue;
   std::unique_ptr<http::Api> api;
 };
@@ -115,14 +114,14 @@ TEST_F(Api, TakesAJobAsJsonOnly) {
   EXPECT_EQ(post(good_scene()).status, 201);
 }
 TEST_F(Api, SaysThatResultsAreNotReady) {
-  run = [](const auto&, const auto& bake) { return until_stopped(bake); };
+  run = until_stopped;
   const auto id = posted(job::Status::running);
   const auto response = ask("GET", "/jobs/" + id + "/results");
   EXPECT_EQ(response.status, 404);
   EXPECT_TRUE(json::parse(response.body)["type"].get<std::string>().ends_with("result-not-ready"));
 }
 TEST_F(Api, CancelsAJob) {
-  run = [](const auto&, const auto& bake) { return until_stopped(bake); };
+  run = until_stopped;
   const auto id = posted(job::Status::running);
   const auto response = ask("DELETE", "/jobs/" + id);
   EXPECT_EQ(response.status, 200);
@@ -130,7 +129,7 @@ TEST_F(Api, CancelsAJob) {
   EXPECT_EQ(ask("GET", "/jobs/" + id + "/results").status, 409);
 }
 TEST_F(Api, AnswersAFailedJobsResultsWithTheKindOfItsFailure) {
-  run = [](const auto&, const auto&) -> bake::Report {
+  run = [](const auto&) -> job::Outcome {
     throw Error(Fault::limit, "/terrains/0", "is too large");
   };
   const auto id = posted(job::Status::failed);
@@ -138,13 +137,13 @@ TEST_F(Api, AnswersAFailedJobsResultsWithTheKindOfItsFailure) {
   EXPECT_EQ(ask("GET", "/jobs/" + id + "/results").status, 413);
 }
 TEST_F(Api, ShowsNoFolderOfTheMachineAndNoInternalError) {
-  run = [this](const auto&, const auto&) -> bake::Report {
+  run = [this](const auto&) -> job::Outcome {
     throw Error(Fault::not_found, (temporary.path / "dems/a.tif").string(), "is gone");
   };
   auto id = posted(job::Status::failed);
   EXPECT_EQ(get("/jobs/" + id)["errors"][0]["pointer"], "dems/a.tif");
   EXPECT_EQ(ask("GET", "/jobs/" + id).body.find(temporary.path), std::string::npos);
-  run = [](const auto&, const auto&) -> bake::Report { throw std::runtime_error("0xdeadbeef"); };
+  run = [](const auto&) -> job::Outcome { throw std::runtime_error("0xdeadbeef"); };
   id = posted(job::Status::failed);
   EXPECT_EQ(get("/jobs/" + id)["errors"][0]["detail"], "internal error");
   EXPECT_EQ(ask("GET", "/jobs/" + id + "/results").status, 500);
@@ -155,11 +154,11 @@ TEST_F(Api, ListsJobsNewestFirst) {
   ASSERT_EQ(jobs.size(), 2U);
   EXPECT_EQ(jobs[0]["jobID"], second);
 }
-TEST_F(Api, KnowsItsProcessAndNoOther) {
+TEST_F(Api, KnowsItsProcessesAndNoOther) {
   EXPECT_EQ(get("/processes")["processes"][0]["id"], "bake-terrain");
   EXPECT_EQ(get("/processes/bake-terrain")["inputs"]["scene"]["schema"]["type"], "object");
-  EXPECT_EQ(ask("GET", "/processes/echo").status, 404);
-  EXPECT_EQ(ask("POST", "/processes/echo/execution", "{}").status, 404);
+  EXPECT_EQ(ask("GET", "/processes/nothing").status, 404);
+  EXPECT_EQ(ask("POST", "/processes/nothing/execution", "{}").status, 404);
 }
 TEST_F(Api, HasAbsoluteLinksOnly) {
   for (const auto* path : {"/", "/processes", "/processes/bake-terrain", "/jobs"}) {
@@ -187,7 +186,7 @@ TEST_F(Api, LetsPagesOfOtherOriginsReadAJobButNotListOrPost) {
   EXPECT_EQ(ask("OPTIONS", execution).header("Access-Control-Allow-Origin"), "");
 }
 TEST_F(Api, AnswersForItsOwnHostOnly) {
-  Request request{"GET", "/healthz", "", {{"host", "evil.example:1234"}}, ""};
+  Request request{"GET", "/healthz", "", {{"host", "evil.example:1234"}}, "", ""};
   EXPECT_EQ(api->answer(request).status, 421);
   request.headers.clear();
   EXPECT_EQ(api->answer(request).status, 421);

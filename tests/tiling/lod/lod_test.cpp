@@ -52,7 +52,7 @@ TEST_P(Ground, KeepsBordersTopologyAndTheErrorAllowed) {
     const Surface before =
         height_field({.side = 32, .octaves = octaves, .height = 30, .boundary = boundary});
     ASSERT_TRUE(is_manifold(before));
-    const auto [after, measured] = simplify(before, error);
+    const auto [after, measured] = simplify(before, error, shapes::units);
     EXPECT_TRUE(is_manifold(after));
     EXPECT_TRUE(is_manifold(after, &before));
     EXPECT_LE(measured, error);
@@ -66,7 +66,7 @@ TEST_P(Ground, KeepsBordersTopologyAndTheErrorAllowed) {
 TEST_P(Ground, IsNotFolded) {
   const auto [octaves, error] = GetParam();
   const auto simplified =
-      simplify(height_field({.side = 64, .octaves = octaves, .height = 30}), error);
+      simplify(height_field({.side = 64, .octaves = octaves, .height = 30}), error, shapes::units);
   const auto p = points_of(simplified.surface);
   for (const auto& [a, b, c] : simplified.surface.triangles) {
     // On steep ground a narrow triangle may lean over by a little.
@@ -76,12 +76,13 @@ TEST_P(Ground, IsNotFolded) {
 
 TEST(Simplify, RemovesMostOfSmoothGround) {
   const Surface before = height_field({.side = 128, .octaves = 2});
-  EXPECT_LT(simplify(before, 128).surface.triangles.size(), before.triangles.size() / 10);
+  EXPECT_LT(simplify(before, 128, shapes::units).surface.triangles.size(),
+            before.triangles.size() / 10);
 }
 
 TEST(Simplify, IsQuickOnLevelGround) {
   const Surface before = height_field({.side = 256, .octaves = 0});
-  const auto simplified = simplify(before, 25);
+  const auto simplified = simplify(before, 25, shapes::units);
   EXPECT_LT(simplified.surface.triangles.size(), before.triangles.size() / 30);
   EXPECT_TRUE(is_manifold(simplified.surface, &before));
 }
@@ -89,7 +90,7 @@ TEST(Simplify, IsQuickOnLevelGround) {
 TEST(Simplify, KeepsTheHoleOfATorus) {
   const Surface before = torus(200, 80, 30, 9);
   for (const double error : {12.0, 60.0, 300.0}) {
-    const auto [after, measured] = simplify(before, error);
+    const auto [after, measured] = simplify(before, error, shapes::units);
     EXPECT_LT(after.triangles.size(), before.triangles.size());
     EXPECT_TRUE(is_manifold(after, &before));
     EXPECT_LE(measured, error);
@@ -98,7 +99,7 @@ TEST(Simplify, KeepsTheHoleOfATorus) {
 
 TEST(Simplify, GivesTheSameEveryTime) {
   const Surface before = height_field({.side = 64, .boundary = 10});
-  const auto a = simplify(before, 60), b = simplify(before, 60);
+  const auto a = simplify(before, 60, shapes::units), b = simplify(before, 60, shapes::units);
   EXPECT_EQ(a.surface.points, b.surface.points);
   EXPECT_EQ(a.surface.triangles, b.surface.triangles);
   EXPECT_EQ(a.surface.materials, b.surface.materials);
@@ -107,13 +108,13 @@ TEST(Simplify, GivesTheSameEveryTime) {
 
 TEST(Simplify, LeavesAloneWhatItMayNotChange) {
   const Surface before = height_field({.side = 16});
-  EXPECT_EQ(simplify(before, 0).surface.triangles, before.triangles);
-  EXPECT_TRUE(simplify({}, 10).surface.triangles.empty());
+  EXPECT_EQ(simplify(before, 0, shapes::units).surface.triangles, before.triangles);
+  EXPECT_TRUE(simplify({}, 10, shapes::units).surface.triangles.empty());
 }
 
 TEST(Simplify, KeepsEachTriangleOfOneMaterialNearWhereThatMaterialWas) {
   const Surface before = height_field({.side = 48, .boundary = 15});
-  const auto [after, measured] = simplify(before, 100);
+  const auto [after, measured] = simplify(before, 100, shapes::units);
   for (std::uint16_t material = 0; material < 2; ++material) {
     const auto only = [&](const Surface& all) {
       Surface part = all;
@@ -152,9 +153,10 @@ std::map<std::pair<std::array<std::int32_t, 3>, std::array<std::int32_t, 3>>, in
 
 TEST(Simplify, LeavesNeighboursThatMeetWithTwoFacesOnEveryEdge) {
   constexpr int side = 48;
-  const auto west = simplify(height_field({.side = side, .octaves = 6, .height = 30}), 200);
-  const auto east =
-      simplify(height_field({.side = side, .octaves = 6, .height = 30, .x0 = side}), 200);
+  const auto west =
+      simplify(height_field({.side = side, .octaves = 6, .height = 30}), 200, shapes::units);
+  const auto east = simplify(height_field({.side = side, .octaves = 6, .height = 30, .x0 = side}),
+                             200, shapes::units);
   auto edges = edges_of(west.surface, 0);
   for (const auto& [edge, faces] : edges_of(east.surface, side * shapes::units)) {
     edges[edge] += faces;

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "engine/base/random.hpp"
 #include "engine/scene/sample.hpp"
+#include "engine/tree/node.hpp"
 #include "tiling/slice/land.hpp"
 
 using namespace hoodoo;
@@ -92,4 +95,48 @@ TEST_F(Slices, KnowWhichColumnsLieInTheWorld) {
   const slice::Land land(slice, scene.pyramids);
   EXPECT_TRUE(land.in_world(10, 10));
   EXPECT_FALSE(land.in_world(-1, 10));
+  std::vector<std::uint8_t> part(9 * 5);
+  land.in_world(-4, 57, 9, part);
+  int inside = 0;
+  for (int n = 0; n < 45; ++n) {
+    inside += part[static_cast<std::size_t>(n)];
+    EXPECT_EQ(part[static_cast<std::size_t>(n)] != 0, land.in_world(n % 9 - 4, n / 9 + 57));
+  }
+  EXPECT_GT(inside, 0);
+  EXPECT_LT(inside, 45);
+}
+
+TEST_F(Slices, AreNoLargerForCoarseTilesThanForLeaves) {
+  // Twice as wide a quarter as many: every level has about as many of its own size in a tile.
+  json list = json::array();
+  for (int i = 0; i < 20'000; ++i) {
+    const auto share = [i](int k) { return unit_real(random_bits(5, i, k)); };
+    const double radius = 1 / std::sqrt(share(2) + 1e-4);
+    list.push_back({800 * share(0), 800 * share(1), 50.0, radius});
+  }
+  const json text = {
+      {"hoodoo", 1},
+      {"terrains", {{{"id", "land"}, {"dem", "dem.tif"}}}},
+      {"operations",
+       {{{"op", "union"}, {"tree", {{"type", "spheres"}, {"falloff", 1}, {"balls", list}}}}}},
+      {"bake", {{"tile_cells", 16}}}};
+  scene::OpenSettings settings;
+  settings.cache = folder_ / "cache";
+  const auto scene = scene::open(text, {folder_, {}}, settings);
+  const auto plan = plan::make(scene);
+  std::vector<std::size_t> bytes(static_cast<std::size_t>(plan.levels));
+  std::vector<std::size_t> balls(bytes.size());
+  for (const auto& tile : plan.tiles) {
+    const auto slice = slice::cut(scene, plan.lattice, tile.key());
+    const auto level = static_cast<std::size_t>(tile.level);
+    bytes[level] = std::max(bytes[level], slice.bytes().size());
+    for (const auto& step : slice.ground.steps) {
+      balls[level] = std::max(balls[level], tree::count(step.tree));
+    }
+  }
+  ASSERT_EQ(plan.levels, 5);
+  for (std::size_t level = 1; level < bytes.size(); ++level) {
+    EXPECT_LE(bytes[level], 4 * bytes[0]) << "level " << level;
+    EXPECT_LE(balls[level], 4 * balls[0]) << "level " << level;
+  }
 }

@@ -68,7 +68,7 @@ TEST_F(Store, SweepsWhatIsNotKeptAndLeftovers) {
   std::ofstream(folder_ / "tileset.json.12-1.part") << "half";
   std::ofstream(folder_ / (kept.string() + ".12-2.part")) << "half";
   std::ofstream(folder_ / "notes.txt") << "not ours";
-  sweep(folder_, {kept});
+  sweep(folder_, [&](const fs::path& file) { return file == kept; });
   EXPECT_TRUE(fs::exists(folder_ / kept));
   EXPECT_TRUE(fs::exists(folder_ / "notes.txt"));
   EXPECT_FALSE(fs::exists(folder_ / dropped.parent_path()));
@@ -82,14 +82,21 @@ TEST_F(Store, SweepsElevationsByTheFolderTheyAreIn) {
     write_file(folder_ / elevations / name, "text");
   }
   write_file(folder_ / elevations / "old.lock", "");
-  sweep(folder_, {elevations / "kept"});
+  sweep(folder_, [&](const fs::path& file) { return file.parent_path() == elevations / "kept"; });
   EXPECT_TRUE(fs::exists(folder_ / elevations / "kept" / "pyramid.json"));
   for (const char* name : {"old", "old.lock", "killed.part"}) {
     EXPECT_FALSE(fs::exists(folder_ / elevations / name)) << name;
   }
 }
 
-TEST_F(Store, SweepsAFolderWithoutTiles) { EXPECT_NO_THROW(sweep(folder_ / "none", {})); }
+TEST_F(Store, NamesTilesByTheirDigest) {
+  EXPECT_EQ(digest_of(tile_path(sha256("abc"))), sha256("abc"));
+  EXPECT_EQ(digest_of("tiles/ab/notes.glb"), std::nullopt);
+}
+
+TEST_F(Store, SweepsAFolderWithoutTiles) {
+  EXPECT_NO_THROW(sweep(folder_ / "none", [](const fs::path&) { return false; }));
+}
 
 }  // namespace
 }  // namespace hoodoo::store

@@ -2,32 +2,39 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "engine/base/simd.hpp"
 #include "tiling/surface/qef.hpp"
 #include "tiling/surface/snap.hpp"
+#include "tiling/surface/tables.hpp"
 
 namespace hoodoo::surface {
 namespace {
 
 constexpr std::array simd_names{"ssse3", "sse4", "avx2", "best"};
 
-std::vector<Plane3> random_sheet(std::mt19937& random) {
+/// Planes of the first edges of a cell, in any order.
+std::vector<Plane3> random_sheet(std::mt19937& random, std::span<const unsigned> edges) {
   std::uniform_real_distribution<float> unit(0, 1), side(-1, 1);
-  const auto count = 1 + random() % 12;
   // From all alike over nearly alike to all ways, so that both ways to solve are taken.
   const float spread = random() % 3 == 0 ? 0 : random() % 2 == 0 ? 0.2F : 2;
   const Vec3 common{side(random), side(random), 1};
-  std::vector<Plane3> planes(count);
-  for (auto& plane : planes) {
-    const auto any = [&] { return static_cast<double>(unit(random)); };
+  std::vector<Plane3> planes;
+  for (const unsigned edge : edges) {
     const auto turned = [&] { return static_cast<double>(spread * side(random)); };
-    plane.point = {any(), any(), any()};
-    const Vec3 n = normalized(common + Vec3{turned(), turned(), turned()});
-    plane.normal = n;  // made single where it goes into the lanes
+    const std::size_t a = edge / 4;
+    Vec3 point;
+    point[static_cast<int>(next_axis(a))] = edge & 1;
+    point[static_cast<int>(last_axis(a))] = edge >> 1 & 1;
+    point[static_cast<int>(a)] = static_cast<double>(unit(random));
+    // The normal is made single where it goes into the lanes.
+    planes.push_back({point, normalized(common + Vec3{turned(), turned(), turned()})});
   }
   return planes;
 }
@@ -41,15 +48,19 @@ TEST(SheetLanes, HaveTheBitsOfSheetsSolvedAloneOnEveryInstructionSet) {
       const std::size_t n = 1 + random() % SheetLanes::most;
       std::vector<std::vector<Plane3>> sheets(n);
       for (std::size_t i = 0; i < n; ++i) {
-        sheets[i] = random_sheet(random);
+        std::array<unsigned, 12> edges;
+        std::iota(edges.begin(), edges.end(), 0U);
+        std::shuffle(edges.begin(), edges.end(), random);
+        sheets[i] = random_sheet(random, std::span(edges).first(1 + random() % 12));
         lanes.count[i] = static_cast<double>(sheets[i].size());
         for (std::size_t k = 0; k < sheets[i].size(); ++k) {
-          for (std::size_t a = 0; a < 3; ++a) {
-            const auto axis = static_cast<int>(a);
-            lanes.point[k][a][i] = static_cast<float>(sheets[i][k].point[axis]);
-            lanes.normal[k][a][i] = static_cast<float>(sheets[i][k].normal[axis]);
-            sheets[i][k].normal[axis] = lanes.normal[k][a][i];
-          }
+          auto& normal = sheets[i][k].normal;
+          const Vec3& p = sheets[i][k].point;
+          const auto along = static_cast<int>(edges[k] / 4);
+          lanes.plane[k][i] = {static_cast<float>(p[along]), static_cast<float>(normal.x),
+                               static_cast<float>(normal.y), static_cast<float>(normal.z)};
+          lanes.edge[k][i] = edge_code(edges[k]);
+          normal = {lanes.plane[k][i][1], lanes.plane[k][i][2], lanes.plane[k][i][3]};
         }
       }
       const int units = 256 + static_cast<int>(random() % 256);
@@ -59,7 +70,7 @@ TEST(SheetLanes, HaveTheBitsOfSheetsSolvedAloneOnEveryInstructionSet) {
         for (std::size_t a = 0; a < 3; ++a) {
           const auto axis = static_cast<int>(a);
           ASSERT_EQ(lanes.mean[a][i], mean[axis]) << simd << ' ' << trial;
-          ASSERT_EQ(lanes.steps[a][i], snap(best[axis], units)) << simd << ' ' << trial;
+          ASSERT_EQ(lanes.point[i][a], snap(best[axis], units)) << simd << ' ' << trial;
         }
       }
     }
@@ -94,26 +105,28 @@ TEST(QuadLanes, CutAsQuadrilateralsAloneOnEveryInstructionSet) {
       const std::size_t n = 1 + random() % QuadLanes::most;
       const int axis = trial % 3;
       const std::size_t u = static_cast<std::size_t>(axis + 1) % 3, v = (u + 1) % 3;
+      std::vector<Point> points(4 * n + 1);
+      std::vector<volume::Crossing> crossings(n);
       std::vector<std::array<Vec3, 4>> corners(n);
       std::vector<Vec3> wanted(n);
       for (std::size_t i = 0; i < n; ++i) {
         lanes.sign[i] = random() % 2 == 0 ? 1.0F : -1.0F;
         const Vec3 w = normalized({side(random), side(random), side(random)});
-        const std::array<double, 3> parts{w.x, w.y, w.z};
-        for (std::size_t a = 0; a < 3; ++a) {
-          lanes.wanted[a][i] = static_cast<float>(parts[a]);
-          wanted[i][static_cast<int>(a)] = lanes.wanted[a][i];
-        }
+        auto& single = crossings[i].normal;
+        single = {static_cast<float>(w.x), static_cast<float>(w.y), static_cast<float>(w.z)};
+        wanted[i] = {single.x, single.y, single.z};
+        lanes.crossing[i] = &crossings[i];
         for (std::size_t q = 0; q < 4; ++q) {
-          lanes.corner[q][static_cast<std::size_t>(axis)][i] = step(random) - 128;
-          lanes.corner[q][u][i] = q == 1 || q == 2 ? step(random) : -step(random);
-          lanes.corner[q][v][i] = q >= 2 ? step(random) : -step(random);
-          for (std::size_t a = 0; a < 3; ++a) {
-            corners[i][q][static_cast<int>(a)] = lanes.corner[q][a][i];
-          }
+          const std::size_t vertex = q * n + i;
+          lanes.corner[i][q] = static_cast<std::uint32_t>(vertex);
+          auto& p = points[vertex];
+          p[static_cast<std::size_t>(axis)] = step(random) - 128;
+          p[u] = q == 1 || q == 2 ? step(random) : -step(random);
+          p[v] = q >= 2 ? step(random) : -step(random);
+          for (std::size_t a = 0; a < 3; ++a) corners[i][q][static_cast<int>(a)] = p[a];
         }
       }
-      cut(lanes, n, axis);
+      cut(lanes, n, axis, points.data());
       for (std::size_t i = 0; i < n; ++i) {
         const auto sign = static_cast<double>(lanes.sign[i]);
         ASSERT_EQ(lanes.diagonal[i], diagonal_of(corners[i], axis, sign, wanted[i])) << simd;

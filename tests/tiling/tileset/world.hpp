@@ -1,13 +1,73 @@
 #pragma once
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <string>
 
 #include "tests/tiling/lod/meshes.hpp"
 #include "tiling/glb/glb.hpp"
+#include "tiling/glb/slabs.hpp"
 #include "tiling/lod/lod.hpp"
 #include "tiling/store/store.hpp"
 #include "tiling/tileset/tileset.hpp"
+
+namespace hoodoo::tileset {
+
+/// A small bake as an index; `bake` outlives it.
+inline Index index_of(const Bake& bake) {
+  Index index;
+  static_cast<Header&>(index) = bake;
+  auto planned = bake.planned;
+  std::ranges::sort(planned);
+  for (const auto& key : planned) index.tiles.emplace_back(key);
+  for (const auto& record : bake.records) {
+    auto* tile = plan::find(std::span<plan::Tile>(index.tiles), record.key);
+    tile->slice = record.slice;
+    tile->finished = true;
+    tile->empty = record.empty;
+  }
+  index.read = [&bake](const plan::Tile& tile) {
+    return *std::ranges::find(bake.records, tile.key(), &Record::key);
+  };
+  return index;
+}
+
+inline std::map<plan::Key, double> errors_of(const Index& index) {
+  std::map<plan::Key, double> errors;
+  for (const auto& tile : index.tiles) errors[tile.key()] = tile.error;
+  return errors;
+}
+
+inline std::map<plan::Key, double> measure_errors(const Bake& bake,
+                                                  const std::filesystem::path& folder, int threads,
+                                                  std::stop_token stop = {}) {
+  auto index = index_of(bake);
+  measure_errors(index, folder, threads, std::move(stop));
+  return errors_of(index);
+}
+inline std::map<plan::Key, double> estimate_errors(const Bake& bake) {
+  auto index = index_of(bake);
+  estimate_errors(index);
+  return errors_of(index);
+}
+
+/// Returns the relative paths of every file the index needs.
+inline std::vector<std::filesystem::path> write_index(const Bake& bake,
+                                                      const std::map<plan::Key, double>& errors,
+                                                      const std::filesystem::path& folder,
+                                                      const IndexSettings& settings = {}) {
+  auto index = index_of(bake);
+  for (auto& tile : index.tiles) tile.error = errors.at(tile.key());
+  auto files = write_index(index, folder, settings).files;
+  for (const auto& record : bake.records) {
+    for (const auto& file : record.files()) files.push_back(store::tile_path(file.content));
+  }
+  std::ranges::sort(files);
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  return files;
+}
+
+}  // namespace hoodoo::tileset
 
 namespace hoodoo::shapes {
 
@@ -30,8 +90,9 @@ struct Folder {
 /// it, its tiles in `folder`, without an index. `change` may alter a tile before it is written.
 struct World {
   int levels = 2;
-  double simplify = 0;  // [steps]
-  bool strip = false;   // only the southern row of tiles
+  double simplify = 0;          // [steps]
+  bool strip = false;           // only the southern row of tiles
+  std::size_t slab = 1U << 24;  // most triangles of a file
   std::function<void(const plan::Key&, glb::Content&)> change = [](const auto&, auto&) {};
 
   static constexpr int cells = 16;
@@ -72,7 +133,7 @@ struct World {
     tileset::Record record;
     record.key = key;
     record.slice = sha256(key.text());
-    const auto simplified = lod::simplify(surface, simplify);
+    const auto simplified = lod::simplify(surface, simplify, units);
     record.simplification = simplified.error * bake.lattice.step(key.level);
     record.world_edges = lod::world_edges(simplified.surface);
 
@@ -83,24 +144,35 @@ struct World {
     content.surface = mesh_of(simplified.surface, content.origin);
     content.skirt = skirt_of(content.surface);
     change(key, content);
+    for (const auto& t : content.surface.triangles) {
+      ++record.materials[bake.materials[content.surface.materials[t[0]]].name];
+    }
+    const std::vector<std::uint32_t> hosts(content.skirt.triangles.size());
+    std::vector<tileset::Slab> files;
+    for (const auto& part : glb::slabs(content, hosts, slab)) {
+      files.push_back(make_file(part, folder));
+    }
+    tileset::set_files(record, std::move(files));
+    return record;
+  }
+
+  static tileset::Slab make_file(const glb::Content& content, const std::filesystem::path& folder) {
+    tileset::Slab file;
     for (const auto* mesh : {&content.surface, &content.skirt}) {
       for (const auto& p : mesh->points) {
         const auto at = [&](std::size_t a) {
           return static_cast<double>(content.origin[a] + p[a]) * content.step;
         };
-        record.box.add(Vec3{at(0), at(1), at(2)});
+        file.box.add(Vec3{at(0), at(1), at(2)});
       }
     }
-    for (const auto& t : content.surface.triangles) {
-      ++record.materials[bake.materials[content.surface.materials[t[0]]].name];
-    }
-    record.vertices = content.surface.points.size() + content.skirt.points.size();
-    record.triangles = content.surface.triangles.size();
-    record.skirt_triangles = content.skirt.triangles.size();
     const auto bytes = glb::write(content, "draco");
-    record.bytes = bytes.size();
-    record.content = store::put_tile(folder, bytes);
-    return record;
+    file.bytes = bytes.size();
+    file.vertices = glb::vertices_of(bytes);
+    file.triangles = content.surface.triangles.size();
+    file.skirt_triangles = content.skirt.triangles.size();
+    file.content = store::put_tile(folder, bytes);
+    return file;
   }
 };
 

@@ -26,18 +26,18 @@ TEST(Signs, AreThoseOfEachPointOnEveryInstructionSet) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> elevation(90, 130);
   std::uniform_real_distribution<float> value(0.4F, 0.6F);
-  std::array<double, 256> heights;
+  std::array<double, 289> heights;
   std::array<float, 4096> values;
   std::array<std::uint16_t, 256> rows;
   for (const char* simd : simd_names) {
     limit_simd(simd, "");
     for (double& h : heights) h = elevation(random);
-    heights[17] = 103;  // on a point: air
+    heights[18] = 103;  // on a point: air
     find_signs(heights, 100, 1.5, rows);
     for (std::size_t n = 0; n < 4096; ++n) {
       const std::size_t x = n & 15, y = n >> 4 & 15, z = n >> 8;
       ASSERT_EQ((rows[16 * z + y] >> x & 1) != 0,
-                heights[16 * y + x] > 100 + static_cast<double>(z) * 1.5)
+                heights[17 * y + x] > 100 + static_cast<double>(z) * 1.5)
           << simd << ' ' << n;
     }
     for (float& v : values) v = value(random);

@@ -1,0 +1,363 @@
+#include "engine/base/sampling.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <tuple>
+
+#include "engine/base/random.hpp"
+#include "engine/base/sample_cells.hpp"
+
+namespace hoodoo {
+namespace sampling {
+namespace {
+
+/// The two kinds of ground as one: the plane is space without height.
+struct Plane {
+  static constexpr bool flat = true;
+  const PoissonDisk& of;
+  double radius(const Vec3& p) const { return of.radius(p.x, p.y); }
+};
+struct Space {
+  static constexpr bool flat = false;
+  const PoissonSphere& of;
+  double radius(const Vec3& p) const { return of.radius(p.x, p.y, p.z); }
+};
+
+struct Cube {  // a square in the plane
+  Vec3 low, high;
+  Vec3 middle() const { return (low + high) * 0.5; }
+};
+
+double squared_farthest(const Cube& b, const Vec3& p) {
+  const auto far = [](double low, double high, double v) {
+    return squared(std::max(high - v, v - low));
+  };
+  return far(b.low.x, b.high.x, p.x) + far(b.low.y, b.high.y, p.y) + far(b.low.z, b.high.z, p.z);
+}
+double squared_nearest(const Cube& b, const Vec3& p) {
+  const auto near = [](double low, double high, double v) {
+    return squared(std::max(std::max(low - v, v - high), 0.0));
+  };
+  return near(b.low.x, b.high.x, p.x) + near(b.low.y, b.high.y, p.y) + near(b.low.z, b.high.z, p.z);
+}
+
+/// A box in which there may be room, by its place on the lattice of its level.
+struct Part {
+  Cell at;
+  double radius_least;  // no allowed point of it has a smaller one
+};
+
+enum class Fate : std::uint8_t { open, in, out };
+enum State : std::uint32_t { thrown = 1, ready = 2, settled = 4, filled = 8 };
+
+constexpr int darts_per_cell = 12;
+constexpr int first_level = 3;  // of parts that are filled
+
+/// Cells are as wide as samples can matter to each other. First, darts: many in each cell, accepted
+/// in the order of their hashes. Each is decided when it is asked for, by deciding those of higher
+/// hashes that it conflicts with: chains of rising hashes are short, though nothing bounds them.
+/// Then what room they leave in each cell is filled, in the order of the cells' colours: cells of
+/// one colour do not touch, so a cell waits for its neighbours of lower colours alone, which lie
+/// at most three cells away in the plane and seven in space.
+template <class Ground>
+class Sampler {
+ public:
+  static constexpr bool flat = Ground::flat;
+
+  explicit Sampler(const Ground& ground)
+      : ground_(ground),
+        side_(2 * ground.of.radius_most),
+        varies_(ground.of.radius && ground.of.radius_least != ground.of.radius_most),
+        darts_(ground.of.radius_least, ground.of.radius_most),
+        samples_(ground.of.radius_least, ground.of.radius_most) {
+    double side = side_;
+    for (last_level_ = 0; side > ground_.of.radius_least / 128; side /= 2) ++last_level_;
+  }
+
+  /// Completes the cells from `low` to `high`, by halving what is asked about.
+  void run(const Cell& low, const Cell& high) {
+    if (ground_.of.may_hold) {
+      if (!may_hold({cube(low, side_).low, cube(high, side_).high})) return;
+    }
+    const Cell size{high.x - low.x, high.y - low.y, high.z - low.z};
+    const std::int32_t most = std::max({size.x, size.y, size.z});
+    if (most == 0) return fill(low);
+    const auto axis = size.z == most ? &Cell::z : size.y == most ? &Cell::y : &Cell::x;
+    Cell middle = high, next = low;
+    middle.*axis = low.*axis + most / 2;
+    next.*axis = middle.*axis + 1;
+    run(low, middle);
+    run(next, high);
+  }
+  const std::vector<Sample>& samples() const { return samples_.all(); }
+
+ private:
+  Cube cube(const Cell& c, double side) const {
+    return {{c.x * side, c.y * side, flat ? 0 : c.z * side},
+            {(c.x + 1) * side, (c.y + 1) * side, flat ? 0 : (c.z + 1) * side}};
+  }
+  bool may_hold(const Cube& cube) const {
+    return !ground_.of.may_hold || ground_.of.may_hold({cube.low, cube.high});
+  }
+  double radius_at(const Vec3& p) const {
+    if (!ground_.of.radius) return ground_.of.radius_least;
+    const double radius = ground_.radius(p);
+    return radius > 0 ? std::clamp(radius, ground_.of.radius_least, ground_.of.radius_most) : 0;
+  }
+
+  template <class Visit>
+  void around(const Cell& c, Visit visit) {
+    for_each_cell<flat>({c.x - 1, c.y - 1, c.z - 1}, {c.x + 1, c.y + 1, c.z + 1}, visit);
+  }
+  /// Whether the cell reaches this state only now.
+  bool enters(const Cell& c, State state) {
+    const auto was = state_.get(c);
+    if (was != none && (was & state) != 0) return false;
+    state_.set(c, (was == none ? 0 : was) | state);
+    return true;
+  }
+
+  Vec3 dart(const Cube& box, std::uint64_t id) const {
+    constexpr double per_step = 1.0 / (1 << 21);
+    const double side = box.high.x - box.low.x;
+    const std::uint64_t bits = mix(id + 0x9e3779b97f4a7c15U);
+    const auto along = [&](double low, int shift) {
+      return low + side * (static_cast<double>(bits >> shift & 0x1fffff) * per_step);
+    };
+    return {along(box.low.x, 0), along(box.low.y, 21), flat ? 0 : along(box.low.z, 42)};
+  }
+  std::uint64_t seed_of(int level, int phase) const {
+    return random_bits(ground_.of.seed, flat ? 2 : 3, level, phase);
+  }
+
+  void throw_darts(const Cell& cell) {
+    if (!enters(cell, thrown)) return;
+    throw_darts(cell, 0);
+  }
+  /// Darts for radii of one size, in boxes of that size; for smaller radii in its halves.
+  void throw_darts(const Cell& at, std::size_t size) {
+    const Cube box = cube(at, std::ldexp(side_, -static_cast<int>(size)));
+    if (!may_hold(box)) return;
+    const std::uint64_t seed = seed_of(static_cast<int>(size), 0);
+    const Vec3 middle = box.middle();
+    double least = varies_ ? radius_at(middle) : ground_.of.radius_least;
+    bool any = least > 0;
+    least -= varies_ ? ground_.of.slope * std::sqrt(squared_farthest(box, middle)) : 0;
+    for (int n = 0; n < darts_per_cell; ++n) {
+      const std::uint64_t id = random_bits(seed, at.x, at.y, at.z, n);
+      const Vec3 p = dart(box, id);
+      const double radius = radius_at(p);
+      any = any || radius > 0;
+      if (radius <= 0 || darts_.size_of(radius) != size) continue;
+      darts_.add({p, radius, id});
+      fates_.push_back(Fate::open);
+    }
+    if (size + 1 == darts_.sizes() || !any) return;
+    if (least > 0 && darts_.size_of(least) <= size) return;
+    for_each_cell<flat>({2 * at.x, 2 * at.y, 2 * at.z}, {2 * at.x + 1, 2 * at.y + 1, 2 * at.z + 1},
+                        [&](const Cell& half) { throw_darts(half, size + 1); });
+  }
+
+  Fate decide(std::uint32_t number) {
+    if (fates_[number] != Fate::open) return fates_[number];
+    const Sample dart = darts_.all()[number];
+    const auto cell = cell_at<flat>(dart.center, 1 / side_);
+    if (enters(cell, ready)) around(cell, [&](const Cell& c) { throw_darts(c); });
+    const bool out = samples_.any_near(dart.center, dart.radius, [&](std::uint32_t s) {
+      return conflict(samples_.all()[s], dart.center, dart.radius);
+    }) || darts_.any_near(dart.center, dart.radius, [&](std::uint32_t other) {
+      const Sample& o = darts_.all()[other];
+      return fates_[other] != Fate::out && o.id > dart.id &&
+             conflict(o, dart.center, dart.radius) && decide(other) == Fate::in;
+    });
+    if (!out) samples_.add(dart);
+    return fates_[number] = out ? Fate::out : Fate::in;
+  }
+
+  void settle(const Cell& cell) {
+    if (!enters(cell, settled)) return;
+    throw_darts(cell);
+    // Those in its middle and around; what else is met is decided early, not otherwise.
+    const Cube box = cube(cell, side_);
+    darts_.any_near(box.middle(), side_ / 2, [&](std::uint32_t n) {
+      const auto& p = darts_.all()[n].center;
+      if (squared_nearest(box, p) <= 0) decide(n);
+      return false;
+    });
+  }
+
+  void fill(const Cell& cell) {
+    if (!enters(cell, filled)) return;
+    around(cell, [&](const Cell& c) { settle(c); });
+    const Cube box = cube(cell, side_);
+    gather(box);
+    std::vector<Part> parts;
+    open_parts({cell, ground_.of.radius_least}, 0, parts);
+    if (parts.empty()) return;
+    const auto mine = color(cell);
+    around(cell, [&](const Cell& c) {
+      if (color(c) < mine) fill(c);
+    });
+    gather(box);
+    for (int level = first_level; level <= last_level_ && !parts.empty(); ++level) {
+      parts = fill_parts(parts, level);
+    }
+  }
+  static unsigned color(const Cell& c) {
+    const auto bit = [](std::int32_t v) { return static_cast<unsigned>(v) & 1U; };
+    return bit(c.x) | bit(c.y) << 1 | bit(c.z) << 2;
+  }
+
+  /// Samples that may leave no room somewhere in the box.
+  void gather(const Cube& box) {
+    near_.clear();
+    const double most = ground_.of.radius_most, half = 0.5 * (box.high.x - box.low.x);
+    samples_.any_near(box.middle(), most + half, [&](std::uint32_t n) {
+      const auto& s = samples_.all()[n];
+      if (squared_nearest(box, s.center) < squared(s.radius + most)) near_.push_back(s);
+      return false;
+    });
+  }
+  /// Whether one of those near leaves no room in the whole box.
+  bool covered(const Cube& box, double radius) const {
+    return std::ranges::any_of(near_, [&](const Sample& s) {
+      return squared_farthest(box, s.center) < squared(s.radius + radius);
+    });
+  }
+  bool ruled_out(const Vec3& p, double radius) const {
+    return std::ranges::any_of(near_, [&](const Sample& s) { return conflict(s, p, radius); });
+  }
+
+  /// Parts of the first level that one of those near does not cover.
+  void open_parts(Part part, int level, std::vector<Part>& open) {
+    const Cube box = cube(part.at, std::ldexp(side_, -level));
+    if (covered(box, part.radius_least) || !may_hold(box)) return;
+    if (varies_) {
+      raise(part, box, box.middle(), radius_at(box.middle()));
+      if (covered(box, part.radius_least)) return;
+    }
+    if (level == first_level) {
+      open.push_back(part);
+      return;
+    }
+    for_each_half(part, [&](const Part& half) { open_parts(half, level + 1, open); });
+  }
+  void raise(Part& part, const Cube& box, const Vec3& p, double radius) const {
+    if (radius <= 0) return;
+    const double least = radius - ground_.of.slope * std::sqrt(squared_farthest(box, p));
+    part.radius_least = std::max(part.radius_least, least);
+  }
+  template <class Visit>
+  static void for_each_half(const Part& part, Visit visit) {
+    const Cell& c = part.at;
+    for_each_cell<flat>({2 * c.x, 2 * c.y, 2 * c.z}, {2 * c.x + 1, 2 * c.y + 1, 2 * c.z + 1},
+                        [&](const Cell& half) {
+                          visit(Part{half, part.radius_least});
+                        });
+  }
+
+  /// A dart into each part; those accepted go among those near. The halves of parts that may still
+  /// have room.
+  std::vector<Part> fill_parts(const std::vector<Part>& parts, int level) {
+    const double side = std::ldexp(side_, -level);
+    const std::uint64_t seed = seed_of(level, 1);
+    std::vector<Sample> darts;
+    std::vector<Part> open, halves;
+    for (auto part : parts) {
+      const Cube box = cube(part.at, side);
+      if (covered(box, part.radius_least)) continue;
+      const std::uint64_t id = random_bits(seed, part.at.x, part.at.y, part.at.z);
+      const Vec3 p = dart(box, id);
+      const double radius = radius_at(p);
+      if (radius <= 0 && forbidden(box, side)) continue;
+      if (varies_) raise(part, box, p, radius);
+      if (radius > 0 && !ruled_out(p, radius)) darts.push_back({p, radius, id});
+      open.push_back(part);
+    }
+    std::ranges::sort(darts, std::ranges::greater(), &Sample::id);
+    for (const auto& s : darts) {
+      if (ruled_out(s.center, s.radius)) continue;
+      samples_.add(s);
+      near_.push_back(s);
+    }
+    for (const auto& part : open) {
+      if (covered(cube(part.at, side), part.radius_least)) continue;
+      for_each_half(part, [&](const Part& half) { halves.push_back(half); });
+    }
+    return halves;
+  }
+  /// Whether no sample may lie in the box, one of whose points was not allowed: small ones are
+  /// known by their corners.
+  bool forbidden(const Cube& box, double side) const {
+    if (!may_hold(box)) return true;
+    if (side > ground_.of.radius_least / 4) return false;
+    for (unsigned corner = 0; corner < (flat ? 4 : 8); ++corner) {
+      const Vec3 p{(corner & 1) != 0 ? box.high.x : box.low.x,
+                   (corner & 2) != 0 ? box.high.y : box.low.y,
+                   (corner & 4) != 0 ? box.high.z : box.low.z};
+      if (radius_at(p) > 0) return false;
+    }
+    return true;
+  }
+
+  Ground ground_;
+  double side_;  // of a cell: as far as samples matter to each other
+  bool varies_;
+  int last_level_ = 0;
+  Samples<flat> darts_, samples_;
+  std::vector<Fate> fates_;  // of darts
+  Cells<flat> state_;
+  std::vector<Sample> near_;
+};
+
+/// Samples of the cells that overlap the region.
+template <class Ground>
+std::vector<Sample> samples_of(const Ground& ground, const Box& region) {
+  const double per_side = 1 / (2 * ground.of.radius_most);
+  Sampler<Ground> sampler(ground);
+  sampler.run(cell_at<Ground::flat>(region.min, per_side),
+              cell_at<Ground::flat>(region.max, per_side));
+  return sampler.samples();
+}
+
+}  // namespace
+}  // namespace sampling
+
+std::vector<DiskSample> poisson_disk(const PoissonDisk& disks, const Box& region) {
+  assert(disks.radius_least > 0 && disks.radius_least <= disks.radius_most);
+  std::vector<DiskSample> result;
+  if (!(region.min.x < region.max.x && region.min.y < region.max.y)) return result;
+  for (const auto& s : sampling::samples_of(sampling::Plane{disks}, region)) {
+    const auto& c = s.center;
+    if (c.x < region.min.x || c.x >= region.max.x || c.y < region.min.y || c.y >= region.max.y) {
+      continue;
+    }
+    result.push_back({c.x, c.y, s.radius, s.id});
+  }
+  std::ranges::sort(result, {}, [](const DiskSample& s) { return std::tuple(s.x, s.y); });
+  return result;
+}
+
+std::vector<SphereSample> poisson_sphere(const PoissonSphere& spheres, const Box& region) {
+  assert(spheres.radius_least > 0 && spheres.radius_least <= spheres.radius_most);
+  std::vector<SphereSample> result;
+  if (!(region.min.x < region.max.x && region.min.y < region.max.y &&
+        region.min.z < region.max.z)) {
+    return result;
+  }
+  for (const auto& s : sampling::samples_of(sampling::Space{spheres}, region)) {
+    const auto& c = s.center;
+    if (!region.contains(c) || c.x == region.max.x || c.y == region.max.y || c.z == region.max.z) {
+      continue;
+    }
+    result.push_back({c, s.radius, s.id});
+  }
+  std::ranges::sort(result, {}, [](const SphereSample& s) {
+    return std::tuple(s.center.x, s.center.y, s.center.z);
+  });
+  return result;
+}
+
+}  // namespace hoodoo

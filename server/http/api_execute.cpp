@@ -1,0 +1,110 @@
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "server/http/api.hpp"
+#include "server/http/problem.hpp"
+#include "server/http/processes.hpp"
+#include "server/http/query.hpp"
+
+/// POST /processes/ID/execution.
+namespace hoodoo::http {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+/// A document of the one output, or the output itself.
+Response outputs(const char* name, const json& value, bool raw) {
+  if (!raw) return document({{name, value}});
+  return document(value);
+}
+
+}  // namespace
+
+References Api::references() const {
+  return {settings_.base, settings_.roots, [this](std::string_view name) {
+            std::optional<std::filesystem::path> folder;
+            const auto job = queue_.find(name);
+            const bool baked =
+                job && job->status == job::Status::successful && job->process == job::bake_process;
+            if (baked) folder = queue_.results(name);
+            return job ? folder : settings_.tilesets.folder(name);
+          }};
+}
+
+Response Api::execute(const Request& request, const Parameters& parameters) {
+  const auto control = control_of(parameters[0]);
+  if (!control) return process(request, parameters);
+  // A page of another origin can send this type only after a preflight, which is refused.
+  if (!request.header("content-type").starts_with("application/json")) {
+    return problem(415, "Send the execution as application/json.");
+  }
+  Execution execution;
+  try {
+    execution = read_execution(parameters[0], request, references());
+  } catch (const Error& error) {
+    return problem(error.fault == Fault::limit ? 413 : 400,
+                   "The body must be {\"inputs\": {...}} with the inputs of the process.",
+                   shown(error.fault, error.problems, settings_.hidden));
+  }
+  const bool async = control->async && (!control->sync || preferences_of(request).respond_async);
+  const auto& wanted = execution.request;
+  if (async) return submit(wanted);
+  if (wanted.process == validate_process) return validate(wanted, execution.raw);
+  const std::chrono::duration<double> pause(wanted.inputs["pause"].get<double>());
+  const auto at = Clock::now() + std::chrono::duration_cast<Clock::duration>(pause);
+  Response response;
+  response.later = [at, value = wanted.inputs["echo"],
+                    raw = execution.raw]() -> std::optional<Response> {
+    if (Clock::now() < at) return std::nullopt;
+    return outputs("echo", value, raw);
+  };
+  return response;
+}
+
+/// A scene with problems is a good answer of this process.
+Response Api::validate(const job::Request& wanted, bool raw) const {
+  std::vector<Problem> found;
+  try {
+    found = queue_.check(wanted.inputs.at("scene"));
+  } catch (const Error& error) {
+    if (error.fault == Fault::internal || error.fault == Fault::io) throw;
+    found = error.problems;
+  }
+  json problems = json::array();
+  for (const auto& one : shown(Fault::bad_input, found, settings_.hidden)) {
+    problems.push_back({{"pointer", one.where}, {"detail", one.what}});
+  }
+  if (raw) return document(problems);
+  return document({{"valid", problems.empty()}, {"problems", problems}});
+}
+
+Response Api::submit(const job::Request& wanted) {
+  try {
+    return answer_to(queue_.submit(wanted));
+  } catch (const Error& error) {
+    if (error.fault != Fault::bad_input) throw;
+    return problem(422, "The scene has problems.",
+                   shown(error.fault, error.problems, settings_.hidden));
+  }
+}
+
+Response Api::answer_to(const job::Submitted& submitted) const {
+  using Kind = job::Submitted::Kind;
+  if (submitted.kind == Kind::queue_full || submitted.kind == Kind::owner_full) {
+    auto refusal = submitted.kind == Kind::queue_full
+                       ? problem(503, "Too many jobs are waiting.")
+                       : problem(429, "Too many of your jobs are waiting.");
+    refusal.headers.emplace_back("Retry-After", "60");
+    return refusal;
+  }
+  if (submitted.kind == Kind::key_reused) {
+    return problem(422, "This Idempotency-Key came with another request before.");
+  }
+  auto response = document(info(submitted.job), submitted.kind == Kind::taken ? 201 : 200);
+  response.headers.emplace_back("Location", settings_.base + "/jobs/" + submitted.job.id);
+  response.headers.emplace_back("Preference-Applied", "respond-async");
+  return response;
+}
+
+}  // namespace hoodoo::http

@@ -1,0 +1,202 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "server/http/api.hpp"
+#include "server/http/documents.hpp"
+#include "server/http/files.hpp"
+#include "server/http/problem.hpp"
+#include "server/http/query.hpp"
+
+/// The routes of jobs.
+namespace hoodoo::http {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto heartbeat = std::chrono::seconds(15);  // keeps proxies from closing
+
+Response no_job() {
+  return problem(404, "There is no such job.", {}, std::string(problem_types) + "no-such-job");
+}
+
+Response redirect(const std::string& target) {
+  Response response;
+  response.status = 303;
+  response.headers = {{"Location", target}, {"Cache-Control", "no-cache"}};
+  return response;
+}
+
+/// Changes whenever what can be seen of the job does.
+std::uint64_t revision(const job::Job& job) {
+  return static_cast<std::uint64_t>(job.updated.time_since_epoch().count());
+}
+std::string etag_of(const job::Job& job) { return fmt::format("\"{:x}\"", revision(job)); }
+
+}  // namespace
+
+Response Api::jobs(const Request& request, const Parameters&) {
+  job::Filter filter;
+  Query query;
+  try {
+    query = parse_query(request.query);
+    filter = filter_of(query);
+  } catch (const Error& error) {
+    return problem(400, "The parameters are wrong.", error.problems);
+  }
+  const auto limit = filter.limit++;  // one more tells whether there is a next page
+  auto found = queue_.list(filter);
+  const bool more = found.size() > limit;
+  if (more) found.pop_back();
+  std::vector<json> all;
+  for (const auto& job : found) all.push_back(info(job));
+  const auto next = more ? next_page(query, found.back().serial) : std::string();
+  return document(job_list(all, request.query, next, settings_.base));
+}
+
+/// With "Prefer: wait=N" the answer comes when the job has ended, or, where If-None-Match says what
+/// is known, when it has changed; or else after N seconds.
+Response Api::status(const Request& request, const Parameters& parameters) {
+  const std::string id(parameters[0]);
+  const std::string known(request.header("if-none-match"));
+  const int wait = preferences_of(request).wait;
+  const auto until = Clock::now() + std::chrono::seconds(wait);
+  const auto look = [this, id, known, until]() -> std::optional<Response> {
+    const auto job = queue_.find(id);
+    if (!job) return no_job();
+    const auto etag = etag_of(*job);
+    const bool waits = job::has_ended(job->status) ? false : known.empty() || lists(known, etag);
+    if (waits && Clock::now() < until) return std::nullopt;
+    auto response = document(info(*job));
+    response.headers.emplace_back("ETag", etag);
+    if (lists(known, etag)) {
+      response.status = 304;
+      response.body.clear();
+      response.type.clear();
+    }
+    return response;
+  };
+  if (auto now = look()) return std::move(*now);
+  Response response;
+  response.later = [look, wait] {
+    auto ready = look();
+    if (ready) ready->headers.emplace_back("Preference-Applied", fmt::format("wait={}", wait));
+    return ready;
+  };
+  return response;
+}
+
+/// Server-sent events: one for each change, each with the whole status, so that whoever comes back
+/// with Last-Event-ID, after a restart too, misses nothing but what has been overtaken.
+Response Api::events(const Request& request, const Parameters& parameters) {
+  const std::string id(parameters[0]);
+  if (!queue_.find(id)) return no_job();
+  Response response;
+  response.type = "text/event-stream";
+  response.headers = {{"Cache-Control", "no-cache"}, {"X-Accel-Buffering", "no"}};
+  struct State {
+    std::string known;
+    Clock::time_point said = Clock::now();
+    bool ended = false;
+  };
+  const auto state = std::make_shared<State>();
+  state->known = request.header("last-event-id");
+  response.more = [this, id, state]() -> std::optional<std::string> {
+    if (state->ended) return std::nullopt;
+    const auto job = queue_.find(id);
+    if (!job) return std::nullopt;
+    const auto event_id = std::to_string(revision(*job));
+    state->ended = job::has_ended(job->status);
+    if (event_id == state->known) {
+      if (Clock::now() - state->said < heartbeat) return "";
+      state->said = Clock::now();
+      return ": still here\n\n";
+    }
+    state->known = event_id;
+    state->said = Clock::now();
+    const auto text = info(*job).dump(-1, ' ', false, json::error_handler_t::replace);
+    return fmt::format("id: {}\nevent: {}\ndata: {}\n\n", event_id, state->ended ? "end" : "status",
+                       text);
+  };
+  return response;
+}
+
+Response Api::dismiss(const Request&, const Parameters& parameters) {
+  auto job = queue_.dismiss(parameters[0]);
+  if (!job) return no_job();
+  job->status = job::Status::dismissed;
+  return document(info(*job));
+}
+
+/// Names of the files that a job has made, beside its tileset.
+std::vector<std::string> Api::result_files(const job::Job& job) const {
+  std::vector<std::string> names;
+  if (job.process == job::bake_process) return names;
+  std::error_code error;
+  for (const auto& item : std::filesystem::directory_iterator(queue_.results(job.id), error)) {
+    names.push_back(item.path().filename());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+Response Api::job_results(const Request&, const Parameters& parameters) {
+  const auto job = queue_.find(parameters[0]);
+  if (!job) return no_job();
+  if (job->status != job::Status::successful) return unfinished(*job);
+  return document(results(*job, result_files(*job), settings_.base));
+}
+
+Response Api::one_result(const Request&, const Parameters& parameters) {
+  const auto job = queue_.find(parameters[0]);
+  if (!job) return no_job();
+  if (job->status != job::Status::successful) return unfinished(*job);
+  const auto all = results(*job, result_files(*job), settings_.base);
+  const auto found = all.find(std::string(parameters[1]));
+  if (found == all.end()) return problem(404, "There is no such result.");
+  if (parameters[1] == "report") return document(report(*job));
+  if (parameters[1] == "echo") return document(*found);
+  return redirect(found->at("href").get<std::string>());
+}
+
+Response Api::result_file(const Request& request, const Parameters& parameters) {
+  const auto job = queue_.find(parameters[0]);
+  if (!job) return no_job();
+  if (job->process == job::bake_process) return problem(404, "There is no such file.");
+  auto response =
+      serve_file({queue_.results(job->id), {".tif", ".csv", ".html"}}, parameters[1], request);
+  // A page made of somebody's names runs no script here.
+  response.headers.emplace_back("Content-Security-Policy",
+                                "sandbox; default-src 'none'; img-src data:; style-src "
+                                "'unsafe-inline'");
+  return response;
+}
+
+Response Api::tile(const Request& request, const Parameters& parameters) {
+  if (!queue_.find(parameters[0])) return no_job();
+  return serve_file({queue_.results(parameters[0]), {".json", ".glb", ".subtree"}}, parameters[1],
+                    request);
+}
+
+json Api::info(const job::Job& job) const { return status_info(job, visible(job), settings_.base); }
+
+std::vector<Problem> Api::visible(const job::Job& job) const {
+  if (!job.fault) return {};
+  return shown(*job.fault, job.problems, settings_.hidden);
+}
+
+/// A failed job's results answer with the kind of its failure: OGC 18-062r2, 7.11.
+Response Api::unfinished(const job::Job& job) const {
+  if (job.status == job::Status::failed) {
+    return problem(status_of(job.fault.value_or(Fault::internal)), "The job failed.", visible(job));
+  }
+  if (job.status == job::Status::dismissed) return problem(409, "The job was cancelled.");
+  return problem(404, "The job has not finished.", {},
+                 std::string(problem_types) + "result-not-ready");
+}
+
+}  // namespace hoodoo::http

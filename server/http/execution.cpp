@@ -1,0 +1,209 @@
+#include "server/http/execution.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/base/file.hpp"
+#include "engine/base/json.hpp"
+#include "engine/scene/files.hpp"
+#include "server/http/api.hpp"
+#include "server/http/processes.hpp"
+
+namespace hoodoo::http {
+namespace {
+
+using nlohmann::json;
+
+[[noreturn]] void refuse(const std::string& pointer, std::string what) {
+  throw Error(Fault::bad_input, pointer, std::move(what));
+}
+
+JsonLimits limits() {
+  JsonLimits limits;
+  limits.bytes = most_body;
+  limits.values = 1'000'000;
+  return limits;
+}
+
+/// The path of `name` below a root.
+std::filesystem::path file_below(const std::string& name, const std::string& pointer,
+                                 const References& references) {
+  scene::Findings findings;
+  const auto found =
+      scene::find_file(name, pointer, {references.roots.front(), references.roots}, findings);
+  if (!found) throw Error(Fault::bad_input, findings.all());
+  return *found;
+}
+
+/// What of this server an input's href names: "file:NAME", or an address of the service itself,
+/// of which the path is left.
+struct Target {
+  bool is_file = false;
+  std::string name;
+};
+Target target_of(const json& value, const std::string& pointer, const References& references) {
+  const auto& href = value.at("href");
+  if (!href.is_string()) refuse(pointer + "/href", "must be a string");
+  const auto text = href.get<std::string>();
+  if (text.starts_with("file:")) return {true, text.substr(5)};
+  const auto assets = references.base + "/assets/";
+  if (text.starts_with(assets)) return {true, text.substr(assets.size())};
+  if (text.starts_with(references.base + "/")) return {false, text.substr(references.base.size())};
+  refuse(pointer + "/href", "must be file:NAME or an address of this server; others are not asked");
+}
+bool is_reference(const json& value) { return value.is_object() && value.contains("href"); }
+
+json scene_of(const json& value, const References& references) {
+  const std::string pointer = "/inputs/scene";
+  if (!value.is_object()) refuse(pointer, "must be an object");
+  if (!is_reference(value)) return value;
+  const auto target = target_of(value, pointer, references);
+  if (!target.is_file) refuse(pointer + "/href", "is no file");
+  const auto file = file_below(target.name, pointer + "/href", references);
+  auto scene = parse_json(read_file(file, most_body), target.name, limits());
+  if (!scene.is_object()) refuse(pointer + "/href", "is no object");
+  return scene;
+}
+
+std::string dem_of(const json& value, const References& references) {
+  std::string pointer = "/inputs/dem";
+  if (value.is_string()) return file_below(value.get<std::string>(), pointer, references);
+  if (!is_reference(value)) refuse(pointer, "must be the name of a file, or a reference");
+  const auto target = target_of(value, pointer, references);
+  pointer += "/href";
+  if (!target.is_file) refuse(pointer, "is no file");
+  return file_below(target.name, pointer, references);
+}
+
+/// ".../jobs/ID" or ".../tilesets/NAME", whatever follows; or that last part alone.
+std::string tileset_of(const json& value, const std::string& pointer,
+                       const References& references) {
+  std::string name;
+  if (value.is_string()) {
+    name = value.get<std::string>();
+  } else if (is_reference(value)) {
+    const auto target = target_of(value, pointer, references);
+    for (const std::string_view start : {"/jobs/", "/tilesets/"}) {
+      if (target.is_file || !target.name.starts_with(start)) continue;
+      name = target.name.substr(start.size());
+      name = name.substr(0, name.find('/'));
+    }
+  }
+  const auto folder = references.tileset(name);
+  if (!folder) refuse(pointer, "must name a finished bake: a job's id, or a tileset's name");
+  return folder->string();
+}
+
+/// Names of the outputs that are wanted; all when the body does not say.
+json outputs_of(const json& body, const json& all) {
+  if (!body.contains("outputs") || body["outputs"].empty()) return all;
+  json wanted = json::array();
+  for (const auto& item : body["outputs"].items()) {
+    if (std::ranges::find(all, json(item.key())) != all.end()) wanted.push_back(item.key());
+  }
+  if (wanted.empty()) refuse("/outputs", "must name one of " + all.dump() + ", too");
+  return wanted;
+}
+
+double number_of(const json& inputs, const char* name, double most) {
+  if (!inputs.contains(name)) return 0;
+  const auto& value = inputs[name];
+  if (!value.is_number() || !(value.get<double>() >= 0) || value.get<double>() > most) {
+    refuse(std::string("/inputs/") + name, fmt::format("must be a number in [0, {}]", most));
+  }
+  return value.get<double>();
+}
+
+/// Every member is one of these, and the first is there.
+void check_names(const json& inputs, const std::vector<std::string>& names, std::size_t required) {
+  std::vector<Problem> problems;
+  for (const auto& item : inputs.items()) {
+    if (std::ranges::find(names, item.key()) == names.end()) {
+      problems.push_back({"/inputs/" + pointer_token(item.key()), "is no input of this process"});
+    }
+  }
+  for (std::size_t i = 0; i < required; ++i) {
+    if (!inputs.contains(names[i])) problems.push_back({"/inputs/" + names[i], "is missing"});
+  }
+  if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
+}
+
+json inputs_of(std::string_view process, const json& body, const References& references) {
+  const auto& inputs = body.at("inputs");
+  if (process == job::analyze_process) {
+    check_names(inputs, {"dem", "routing"}, 1);
+    const auto routing = inputs.value("routing", json("freeman"));
+    if (routing != "freeman" && routing != "d8") refuse("/inputs/routing", "must be freeman or d8");
+    const json all{"fill", "area", "slope", "power", "sinks"};
+    return {{"dem", dem_of(inputs["dem"], references)},
+            {"routing", routing},
+            {"outputs", outputs_of(body, all)}};
+  }
+  if (process == job::diff_process) {
+    check_names(inputs, {"first", "second", "tolerance"}, 2);
+    return {{"first", tileset_of(inputs["first"], "/inputs/first", references)},
+            {"second", tileset_of(inputs["second"], "/inputs/second", references)},
+            {"tolerance", number_of(inputs, "tolerance", 1e6)}};
+  }
+  if (process == echo_process) {
+    check_names(inputs, {"echo", "pause"}, 1);
+    return {{"echo", inputs["echo"]}, {"pause", number_of(inputs, "pause", most_pause)}};
+  }
+  check_names(inputs, {"scene"}, 1);
+  return {{"scene", scene_of(inputs["scene"], references)}};
+}
+
+int priority_of(const json& value) {
+  const int most = job::most_priority;
+  if (!value.is_number_integer() || value < -most || value > most) {
+    refuse("/priority", fmt::format("must be an integer in [{}, {}]", -most, most));
+  }
+  return value.get<int>();
+}
+
+/// Of the draft "The Idempotency-Key HTTP Header Field". Empty when there is none.
+std::string key_of(const Request& request) {
+  const auto found = request.headers.find("idempotency-key");
+  if (found == request.headers.end()) return {};
+  const auto& key = found->second;
+  const bool plain = std::ranges::all_of(key, [](char c) { return c > ' ' && c <= '~'; });
+  if (key.empty() || key.size() > most_key || !plain) {
+    refuse("Idempotency-Key",
+           fmt::format("must be 1 to {} characters of ASCII without spaces", most_key));
+  }
+  return key;
+}
+
+}  // namespace
+
+Execution read_execution(std::string_view process, const Request& request,
+                         const References& references) {
+  const auto body = parse_json(request.body, "", limits());
+  if (!body.is_object()) refuse("", "must be an object");
+  if (body.contains("subscriber")) refuse("/subscriber", "callbacks are not offered");
+  const auto response = body.value("response", json("document"));
+  const bool may_be_raw = control_of(process)->sync;
+  if (response != "document" && !(may_be_raw && response == "raw")) {
+    refuse("/response", may_be_raw ? "must be \"raw\" or \"document\""
+                                   : "must be \"document\": results are given by reference");
+  }
+  if (!body.contains("inputs")) refuse("/inputs", "is missing");
+  if (!body["inputs"].is_object()) refuse("/inputs", "must be an object");
+  if (body.contains("outputs") && !body["outputs"].is_object()) {
+    refuse("/outputs", "must be an object");
+  }
+  Execution execution;
+  auto& wanted = execution.request;
+  wanted.process = process;
+  wanted.owner = request.owner;
+  wanted.key = key_of(request);
+  if (body.contains("priority")) wanted.priority = priority_of(body["priority"]);
+  wanted.inputs = inputs_of(process, body, references);
+  execution.raw = response == "raw";
+  return execution;
+}
+
+}  // namespace hoodoo::http

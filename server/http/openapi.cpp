@@ -1,0 +1,236 @@
+#include "server/http/openapi.hpp"
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace hoodoo::http {
+namespace {
+
+using nlohmann::json;
+
+/// Schemas of OGC API - Processes 1.0 with what this service adds.
+constexpr const char* schemas = R"({
+"link": {"type": "object", "required": ["href"], "properties": {
+  "href": {"type": "string", "format": "uri"}, "rel": {"type": "string"}, "type": {"type": "string"},
+  "title": {"type": "string"}}},
+"links": {"type": "array", "items": {"$ref": "#/components/schemas/link"}},
+"landingPage": {"type": "object", "required": ["links"], "properties": {
+  "title": {"type": "string"}, "description": {"type": "string"},
+  "links": {"$ref": "#/components/schemas/links"}}},
+"conformance": {"type": "object", "required": ["conformsTo"], "properties": {
+  "conformsTo": {"type": "array", "items": {"type": "string", "format": "uri"}}}},
+"processSummary": {"type": "object", "required": ["id", "version"], "properties": {
+  "id": {"type": "string"}, "version": {"type": "string"}, "title": {"type": "string"},
+  "description": {"type": "string"},
+  "jobControlOptions": {"type": "array", "items": {
+    "type": "string", "enum": ["sync-execute", "async-execute", "dismiss"]}},
+  "outputTransmission": {"type": "array", "items": {"type": "string", "enum": ["value", "reference"]}},
+  "links": {"$ref": "#/components/schemas/links"}}},
+"processList": {"type": "object", "required": ["processes", "links"], "properties": {
+  "processes": {"type": "array", "items": {"$ref": "#/components/schemas/processSummary"}},
+  "links": {"$ref": "#/components/schemas/links"}}},
+"description": {"type": "object", "required": ["schema"], "properties": {
+  "title": {"type": "string"}, "description": {"type": "string"}, "schema": {"type": "object"},
+  "minOccurs": {"type": "integer"}, "maxOccurs": {"type": "integer"}}},
+"process": {"allOf": [{"$ref": "#/components/schemas/processSummary"}, {"type": "object",
+  "required": ["inputs", "outputs"], "properties": {
+    "inputs": {"type": "object", "additionalProperties": {"$ref": "#/components/schemas/description"}},
+    "outputs": {"type": "object", "additionalProperties": {"$ref": "#/components/schemas/description"}}}}]},
+"execute": {"type": "object", "required": ["inputs"], "properties": {
+  "inputs": {"type": "object"},
+  "outputs": {"type": "object", "additionalProperties": {"type": "object"}},
+  "response": {"type": "string", "enum": ["raw", "document"], "default": "document"},
+  "priority": {"type": "integer", "minimum": -10, "maximum": 10, "default": 0}}},
+"statusCode": {"type": "string", "enum": ["accepted", "running", "successful", "failed", "dismissed"]},
+"error": {"type": "object", "required": ["pointer", "detail"], "properties": {
+  "pointer": {"type": "string"}, "detail": {"type": "string"}}},
+"statusInfo": {"type": "object", "required": ["jobID", "status", "type"], "properties": {
+  "processID": {"type": "string"}, "type": {"type": "string", "enum": ["process"]},
+  "jobID": {"type": "string", "pattern": "^[0-9a-f]{32}$"},
+  "status": {"$ref": "#/components/schemas/statusCode"},
+  "message": {"type": "string"}, "title": {"type": "string"},
+  "created": {"type": "string", "format": "date-time"}, "started": {"type": "string", "format": "date-time"},
+  "finished": {"type": "string", "format": "date-time"}, "updated": {"type": "string", "format": "date-time"},
+  "progress": {"type": "integer", "minimum": 0, "maximum": 100},
+  "priority": {"type": "integer"}, "phase": {"type": "string", "enum": ["ingest", "tiles", "index", "done"]},
+  "tiles": {"type": "object", "required": ["done", "total", "reused", "cached"], "properties": {
+    "done": {"type": "integer"}, "total": {"type": "integer"}, "reused": {"type": "integer"},
+    "cached": {"type": "integer"}}},
+  "triangles": {"type": "integer"}, "bytes": {"type": "integer"},
+  "errors": {"type": "array", "items": {"$ref": "#/components/schemas/error"}},
+  "links": {"$ref": "#/components/schemas/links"}}},
+"jobList": {"type": "object", "required": ["jobs", "links"], "properties": {
+  "jobs": {"type": "array", "items": {"$ref": "#/components/schemas/statusInfo"}},
+  "links": {"$ref": "#/components/schemas/links"}}},
+"results": {"type": "object"},
+"anything": {"description": "An output by itself, or a document of them"},
+"problem": {"type": "object", "required": ["type", "title", "status", "detail"], "properties": {
+  "type": {"type": "string"}, "title": {"type": "string"}, "status": {"type": "integer"},
+  "detail": {"type": "string"}, "instance": {"type": "string"},
+  "errors": {"type": "array", "items": {"$ref": "#/components/schemas/error"}}}},
+"tilesets": {"type": "object", "required": ["tilesets"], "properties": {
+  "tilesets": {"type": "array", "items": {"type": "object", "required": ["name", "href", "viewer"],
+    "properties": {"name": {"type": "string"}, "href": {"type": "string", "format": "uri"},
+      "viewer": {"type": "string", "format": "uri"}}}}}},
+"health": {"type": "object", "required": ["status"], "properties": {"status": {"type": "string"}}}
+})";
+
+json content(const char* type, json schema) {
+  return {{"content", {{type, {{"schema", std::move(schema)}}}}}};
+}
+json of(const char* schema) { return {{"$ref", std::string("#/components/schemas/") + schema}}; }
+
+json answer(const char* description, const char* schema) {
+  auto response = content("application/json", of(schema));
+  response["description"] = description;
+  return response;
+}
+
+json path_parameter(const char* name, const char* description) {
+  return {{"name", name},
+          {"in", "path"},
+          {"required", true},
+          {"description", description},
+          {"schema", {{"type", "string"}}}};
+}
+json parameter(const char* name, const char* in, const char* description, json schema) {
+  return {{"name", name},
+          {"in", in},
+          {"required", false},
+          {"description", description},
+          {"schema", std::move(schema)}};
+}
+const json text{{"type", "string"}};
+json words(std::initializer_list<const char*> all) {
+  return {{"type", "array"}, {"items", {{"type", "string"}, {"enum", all}}}};
+}
+
+/// One operation; whatever it does not list answers as a problem.
+json operation(const char* id, const char* summary, json responses,
+               std::vector<json> parameters = {}) {
+  auto problem = content("application/problem+json", of("problem"));
+  problem["description"] = "What was wrong, by RFC 9457";
+  responses["default"] = std::move(problem);
+  json made{{"operationId", id}, {"summary", summary}, {"responses", std::move(responses)}};
+  if (!parameters.empty()) made["parameters"] = std::move(parameters);
+  return made;
+}
+
+json get(const char* id, const char* summary, const char* schema,
+         std::vector<json> parameters = {}) {
+  return {
+      {"get", operation(id, summary, {{"200", answer(summary, schema)}}, std::move(parameters))}};
+}
+
+json file(const char* id, const char* summary, std::vector<json> parameters) {
+  const json bytes{{"type", "string"}, {"format", "binary"}};
+  auto whole = content("application/octet-stream", bytes);
+  whole["description"] = "The file, of its own type";
+  auto part = whole;
+  part["description"] = "The range of it that was asked for";
+  parameters.push_back(parameter("Range", "header", "One range of bytes", text));
+  parameters.push_back(parameter("If-None-Match", "header", "The ETag that is known", text));
+  return {{"get",
+           operation(id, summary,
+                     {{"200", whole}, {"206", part}, {"304", {{"description", "It is as it was"}}}},
+                     std::move(parameters))}};
+}
+
+json execution() {
+  auto post = operation(
+      "execute", "Carry out a process",
+      {{"200", answer("Its outputs, or the job that an Idempotency-Key stands for", "anything")},
+       {"201", answer("A job was made", "statusInfo")}},
+      {path_parameter("processID", "Which process"),
+       parameter("Prefer", "header", "respond-async", text),
+       parameter("Idempotency-Key", "header",
+                 "Requests of one key are one job, however often they are sent",
+                 {{"type", "string"}, {"minLength", 1}, {"maxLength", 255}})});
+  post["responses"]["201"]["headers"]["Location"] = {{"schema", text}};
+  post["requestBody"] = content("application/json", of("execute"));
+  post["requestBody"]["required"] = true;
+  return {{"post", std::move(post)}};
+}
+
+json job_list() {
+  return get(
+      "getJobs", "Jobs, newest first", "jobList",
+      {parameter("limit", "query", "Most jobs of a page",
+                 {{"type", "integer"}, {"minimum", 1}, {"maximum", 10000}, {"default", 10}}),
+       parameter("status", "query", "Any of these",
+                 words({"accepted", "running", "successful", "failed", "dismissed"})),
+       parameter("processID", "query", "Of these processes", {{"type", "array"}, {"items", text}}),
+       parameter("type", "query", "Of this type", words({"process"})),
+       parameter("datetime", "query", "Made then: a time, or FROM/TO with .. for open", text),
+       parameter("minDuration", "query", "Ran at least so long [s]", {{"type", "integer"}}),
+       parameter("maxDuration", "query", "Ran at most so long [s]", {{"type", "integer"}}),
+       parameter("before", "query", "From a link to the next page", {{"type", "integer"}})});
+}
+
+json one_job(const json& id) {
+  auto job =
+      get("getStatus", "How far a job is", "statusInfo",
+          {id, parameter("Prefer", "header", "wait=N: answer after N seconds at the latest", text),
+           parameter("If-None-Match", "header", "The ETag that is known", text)});
+  job["get"]["responses"]["304"] = {{"description", "It is as it was"}};
+  job["delete"] = operation("dismiss", "Cancel a job, or remove one that has ended",
+                            {{"200", answer("What became of it", "statusInfo")}}, {id});
+  return job;
+}
+
+json events(const json& id) {
+  auto stream = content("text/event-stream", text);
+  stream["description"] = "An event with the statusInfo for every change, the last one named end";
+  return {{"get",
+           operation("getEvents", "Follow a job", {{"200", stream}},
+                     {id, parameter("Last-Event-ID", "header", "The event that is known", text)})}};
+}
+
+json paths() {
+  const auto job = path_parameter("jobID", "Which job");
+  const auto name = path_parameter("name", "Which file, with its folders");
+  return {
+      {"/", get("getLandingPage", "What there is", "landingPage")},
+      {"/conformance", get("getConformance", "What the service conforms to", "conformance")},
+      {"/api",
+       {{"get", operation("getApi", "This document",
+                          {{"200",
+                            {{"description", "OpenAPI 3.0"},
+                             {"content",
+                              {{"application/vnd.oai.openapi+json;version=3.0",
+                                {{"schema", {{"type", "object"}}}}}}}}}})}}},
+      {"/healthz", get("getHealth", "Whether the service lives", "health")},
+      {"/processes", get("getProcesses", "What the service can do", "processList")},
+      {"/processes/{processID}", get("getProcess", "A process in full", "process",
+                                     {path_parameter("processID", "Which process")})},
+      {"/processes/{processID}/execution", execution()},
+      {"/jobs", job_list()},
+      {"/jobs/{jobID}", one_job(job)},
+      {"/jobs/{jobID}/events", events(job)},
+      {"/jobs/{jobID}/results", get("getResults", "What a job has made", "results", {job})},
+      {"/jobs/{jobID}/results/{outputID}", get("getResult", "One of it", "anything",
+                                               {job, path_parameter("outputID", "Which output")})},
+      {"/jobs/{jobID}/files/{name}", file("getFile", "A file that a job has made", {job, name})},
+      {"/jobs/{jobID}/tiles/{name}",
+       file("getTile", "A file of a job's tileset, while it runs, too", {job, name})},
+      {"/tilesets", get("getTilesets", "Finished tilesets", "tilesets")},
+      {"/tilesets/{tileset}/{name}", file("getTilesetFile", "A file of a finished tileset",
+                                          {path_parameter("tileset", "Which tileset"), name})}};
+}
+
+}  // namespace
+
+json openapi(const std::string& base) {
+  return {{"openapi", "3.0.3"},
+          {"info",
+           {{"title", "hoodoo"},
+            {"description", "Bakes terrain with real three-dimensional landforms."},
+            {"version", HOODOO_VERSION},
+            {"license",
+             {{"name", "Apache 2.0"}, {"url", "https://www.apache.org/licenses/LICENSE-2.0"}}}}},
+          {"servers", json::array({json{{"url", base}}})},
+          {"paths", paths()},
+          {"components", {{"schemas", json::parse(schemas)}}}};
+}
+
+}  // namespace hoodoo::http

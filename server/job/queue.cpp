@@ -1,0 +1,345 @@
+#include "server/job/queue.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "engine/base/file.hpp"
+#include "engine/base/hash.hpp"
+#include "engine/base/json.hpp"
+#include "server/job/state.hpp"
+
+namespace hoodoo::job {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t most_inputs = 64u << 20;  // [bytes]
+constexpr auto removal_patience = std::chrono::seconds(2);
+
+Time now() {
+  return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
+}
+
+/// 128 random bits, so that an id cannot be guessed.
+std::string new_id() {
+  std::array<unsigned char, 16> bytes{};
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    throw Error(Fault::io, "", "the system gives no random bytes");
+  }
+  std::string id;
+  for (const unsigned byte : bytes) id += fmt::format("{:02x}", byte);
+  return id;
+}
+
+Settings checked(Settings settings) {
+  std::error_code error;
+  for (const auto* part : {"jobs", "checks"}) {
+    fs::create_directories(settings.data / part, error);
+    if (error) throw Error(Fault::io, settings.data.string(), "cannot be made: " + error.message());
+  }
+  settings.data = fs::canonical(settings.data);
+  return settings;
+}
+
+/// Later than before even where the clock is not, so that whoever saw the job sees the change.
+void touch(Job& job) { job.updated = std::max(now(), job.updated + std::chrono::milliseconds(1)); }
+
+bool is_bake(const Request& request) { return request.process == bake_process; }
+
+/// So that a new name in the folder outlives a power failure.
+void sync_folder(const fs::path& folder) {
+  const int held = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool well = held >= 0 && ::fsync(held) == 0;
+  if (held >= 0) ::close(held);
+  if (!well) throw Error(Fault::io, folder.string(), "cannot be written to disk");
+}
+
+/// What a killed child left beside the files it had finished.
+void remove_leftovers(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> leftovers;
+  for (fs::recursive_directory_iterator item(folder, error), end; !error && item != end;
+       item.increment(error)) {
+    if (is_leftover(item->path())) leftovers.push_back(item->path());
+  }
+  for (const auto& path : leftovers) fs::remove(path, error);
+}
+
+/// A file that is gone with its holder.
+struct Scratch {
+  fs::path path;
+  explicit Scratch(fs::path path_) : path(std::move(path_)) {}
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+};
+
+}  // namespace
+
+struct Queue::Entry {
+  Job job;
+  std::stop_source stop;
+};
+
+Queue::Queue(Settings settings, Engine engine)
+    : settings_(checked(std::move(settings))), engine_(std::move(engine)) {
+  lock_data();
+  store_ = std::make_unique<Store>(settings_.data / "jobs.db");
+  store_->interrupt_all();
+  sweep();
+  for (int i = 0; i < settings_.at_once; ++i) {
+    workers_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+  }
+}
+
+Queue::~Queue() {
+  for (auto& worker : workers_) worker.request_stop();
+}
+
+void Queue::lock_data() {
+  const auto path = settings_.data / "lock";
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) throw Error(Fault::io, path.string(), "cannot be opened");
+  lock_ = std::shared_ptr<const int>(new int(file), [](const int* held) {
+    ::close(*held);
+    delete held;
+  });
+  if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
+    throw Error(Fault::io, settings_.data.string(), "is in use by another server");
+  }
+}
+
+/// Folders of jobs that were being made or removed when the server was killed.
+void Queue::sweep() {
+  std::vector<fs::path> gone;
+  for (const auto& item : fs::directory_iterator(settings_.data / "jobs")) {
+    const auto id = item.path().filename().string();
+    if (is_id(id) && !store_->find(id)) gone.push_back(item.path());
+  }
+  for (const auto& item : fs::directory_iterator(settings_.data / "checks")) {
+    gone.push_back(item.path());
+  }
+  for (const auto& path : gone) fs::remove_all(path);
+}
+
+std::vector<Problem> Queue::check(const nlohmann::json& scene) const {
+  const Scratch file(settings_.data / "checks" / (new_id() + ".json"));
+  write_file(file.path, scene.dump());
+  return engine_.check(file.path);
+}
+
+Submitted Queue::replay(const Job& first, const std::string& fingerprint) const {
+  if (first.fingerprint != fingerprint) return {Submitted::Kind::key_reused, {}};
+  const auto live = running_.find(first.id);
+  return {Submitted::Kind::replayed, live == running_.end() ? first : live->second->job};
+}
+
+Submitted Queue::submit(const Request& request) {
+  Job job;
+  job.process = request.process;
+  job.owner = request.owner;
+  job.key = request.key;
+  job.priority = request.priority;
+  job.fingerprint =
+      sha256(request.process + " " + std::to_string(request.priority) + " " + request.inputs.dump())
+          .hex();
+  if (!job.key.empty()) {
+    const std::lock_guard guard(mutex_);
+    if (const auto first = store_->find_key(job.owner, job.key)) {
+      return replay(*first, job.fingerprint);
+    }
+  }
+  if (is_bake(request)) {
+    auto problems = check(request.inputs.at("scene"));
+    if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
+    const auto& scene = request.inputs.at("scene");
+    if (scene.contains("name") && scene["name"].is_string()) job.name = scene["name"];
+  }
+  job.id = new_id();
+  job.created = job.updated = now();
+  const std::lock_guard guard(mutex_);
+  if (store_->count(Status::accepted) >= settings_.most_waiting) {
+    return {Submitted::Kind::queue_full, {}};
+  }
+  if (store_->count(Status::accepted, job.owner) >= settings_.most_of_owner) {
+    return {Submitted::Kind::owner_full, {}};
+  }
+  const auto home = folder(job.id);
+  try {
+    if (is_bake(request)) {
+      write_file(home / "scene.json", request.inputs.at("scene").dump());
+    } else {
+      write_file(home / "inputs.json", request.inputs.dump());
+    }
+    sync_folder(home);
+    sync_folder(home.parent_path());
+    if (!store_->insert(job)) {  // the same key came at the same time
+      fs::remove_all(home);
+      return replay(store_->find_key(job.owner, job.key).value(), job.fingerprint);
+    }
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove_all(home, ignored);
+    throw;
+  }
+  changed_.notify_one();
+  return {Submitted::Kind::taken, job};
+}
+
+std::optional<Job> Queue::find(std::string_view id) const {
+  if (!is_id(id)) return std::nullopt;
+  const std::lock_guard guard(mutex_);
+  const auto live = running_.find(id);
+  return live == running_.end() ? store_->find(id) : live->second->job;
+}
+
+std::vector<Job> Queue::list(const Filter& filter) const {
+  const std::lock_guard guard(mutex_);
+  auto jobs = store_->list(filter, now());
+  for (auto& job : jobs) {
+    const auto live = running_.find(job.id);
+    if (live != running_.end()) job = live->second->job;
+  }
+  return jobs;
+}
+
+std::size_t Queue::count(Status status) const {
+  const std::lock_guard guard(mutex_);
+  return store_->count(status);
+}
+
+bool Queue::is_full() const { return count(Status::accepted) >= settings_.most_waiting; }
+
+std::optional<Job> Queue::dismiss(std::string_view id) {
+  if (!is_id(id)) return std::nullopt;
+  std::unique_lock guard(mutex_);
+  if (const auto live = running_.find(id); live != running_.end()) {
+    const auto entry = live->second;
+    if (!has_ended(entry->job.status)) {
+      end(entry->job, Status::dismissed);
+      auto job = entry->job;
+      guard.unlock();  // what runs on a stop request may report progress
+      entry->stop.request_stop();
+      return job;
+    }
+    if (!left_.wait_for(guard, removal_patience, [&] { return !running_.contains(id); })) {
+      return entry->job;
+    }
+  }
+  auto job = store_->find(id);
+  if (!job) return std::nullopt;
+  if (!has_ended(job->status)) {
+    end(*job, Status::dismissed);
+    return job;
+  }
+  store_->remove(id);
+  guard.unlock();
+  // Without its row a folder is swept when the data is opened next.
+  std::error_code ignored;
+  fs::remove_all(folder(id), ignored);
+  return job;
+}
+
+fs::path Queue::folder(std::string_view id) const { return settings_.data / "jobs" / id; }
+fs::path Queue::results(std::string_view id) const { return folder(id) / "out"; }
+
+void Queue::work(const std::stop_token& stop) {
+  while (const auto entry = next(stop)) {
+    run(*entry, stop);
+    remove_leftovers(folder(entry->job.id));
+    const std::lock_guard guard(mutex_);
+    running_.erase(entry->job.id);
+    left_.notify_all();
+  }
+}
+
+/// Waits for a job and marks it running; null when the queue stops.
+std::shared_ptr<Queue::Entry> Queue::next(const std::stop_token& stop) {
+  std::unique_lock guard(mutex_);
+  std::optional<Job> first;
+  const auto find_first = [&] {
+    first = store_->first_waiting();
+    while (first && has_ended(first->status)) {  // its row is damaged
+      if (!end(*first, Status::failed)) return false;
+      first = store_->first_waiting();
+    }
+    return first.has_value();
+  };
+  if (!changed_.wait(guard, stop, find_first) || stop.stop_requested()) return nullptr;
+  auto entry = std::make_shared<Entry>();
+  entry->job = std::move(*first);
+  auto& job = entry->job;
+  job.status = Status::running;
+  touch(job);
+  if (!job.started) job.started = job.updated;
+  save(job);
+  running_[job.id] = entry;
+  return entry;
+}
+
+/// Carries out one job. What the queue's own stop interrupts waits again at the next start.
+void Queue::run(Entry& entry, const std::stop_token& stop) {
+  const std::stop_callback forward(stop, [&entry] { entry.stop.request_stop(); });
+  const auto fail = [&](Fault fault, std::vector<Problem> problems) {
+    const std::lock_guard guard(mutex_);
+    if (entry.job.status != Status::running || stop.stop_requested()) return;
+    entry.job.fault = fault;
+    entry.job.problems = std::move(problems);
+    end(entry.job, Status::failed);
+  };
+  try {
+    Work work{entry.job.process, folder(entry.job.id), {}, entry.stop.get_token(), {}};
+    if (work.process != bake_process) {
+      work.inputs = parse_json(read_file(work.folder / "inputs.json", most_inputs), "inputs.json");
+    }
+    work.progress = [&](const bake::Progress& progress) {
+      const std::lock_guard guard(mutex_);
+      if (entry.job.status != Status::running) return;
+      entry.job.outcome.progress = progress;
+      touch(entry.job);
+    };
+    auto outcome = engine_.run(work);
+    const std::lock_guard guard(mutex_);
+    if (entry.job.status != Status::running) return;
+    entry.job.outcome = std::move(outcome);
+    end(entry.job, Status::successful);
+  } catch (const Error& error) {
+    fail(error.fault, error.problems);
+  } catch (const std::exception& error) {
+    fail(Fault::internal, {{"", error.what()}});
+  }
+}
+
+/// With the mutex held.
+bool Queue::end(Job& job, Status status) {
+  job.status = status;
+  touch(job);
+  job.finished = job.updated;
+  return save(job);
+}
+
+/// A state that cannot be written is the old one after a restart; the job is then carried out
+/// again from what it has finished.
+bool Queue::save(const Job& job) {
+  try {
+    store_->update(job);
+    return true;
+  } catch (const Error& error) {
+    fmt::print(stderr, "hoodoo: {}\n", error.what());
+    return false;
+  }
+}
+
+}  // namespace hoodoo::job

@@ -1,0 +1,110 @@
+#pragma once
+#include <condition_variable>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "server/job/job.hpp"
+#include "server/job/store.hpp"
+
+namespace hoodoo::job {
+
+/// One job to carry out.
+struct Work {
+  std::string process;
+  std::filesystem::path folder;  // scene.json of a bake; results go to out/
+  nlohmann::json inputs;         // of every other process
+  std::stop_token stop;
+  std::function<void(const bake::Progress&)> progress;
+};
+
+/// The two functions a queue needs of whoever does the work.
+struct Engine {
+  /// All problems of the scene in a file. Called from any thread.
+  std::function<std::vector<Problem>(const std::filesystem::path& scene)> check;
+  /// Carries a job out; ends soon after a stop request. Called by the threads of the queue.
+  std::function<Outcome(const Work&)> run;
+};
+
+struct Settings {
+  std::filesystem::path data;      // state; made when absent
+  int at_once = 1;                 // jobs that run
+  std::size_t most_waiting = 100;  // jobs accepted but not started, of all owners
+  std::size_t most_of_owner = 50;  // and of one
+};
+
+/// What became of a request.
+struct Submitted {
+  enum class Kind { taken, replayed, queue_full, owner_full, key_reused } kind = Kind::taken;
+  Job job;  // of the first two
+};
+
+/// Jobs in the order of their priority, then as they came, carried out by threads of the queue.
+///
+/// A job lives in data/jobs/ID, scene.json or inputs.json and its results in out/, and as a row of
+/// data/jobs.db, on the disk before anybody hears of it. A queue on the same data takes up what an
+/// earlier one, stopped or killed, did not finish: a bake continues from its finished tiles.
+/// One process at a time may use the data. Every member may be called from any thread.
+class Queue {
+ public:
+  /// Errors: io (the data cannot be used, or another process does).
+  Queue(Settings settings, Engine engine);
+  /// Stops what is running; it continues when the next queue opens the data.
+  ~Queue();
+  Queue(const Queue&) = delete;
+  Queue& operator=(const Queue&) = delete;
+
+  /// Takes a request whose scene has no problems. A key that its owner used before gives the job
+  /// it was used for, as long as that is kept.
+  /// Errors: bad_input with every problem and its pointer into the scene; limit, io.
+  Submitted submit(const Request& request);
+
+  std::optional<Job> find(std::string_view id) const;
+  std::vector<Job> list(const Filter& filter) const;
+  std::size_t count(Status status) const;
+  /// The next request would be refused.
+  bool is_full() const;
+
+  /// Cancels a job that waits or runs; removes one that has ended, with its results, once nothing
+  /// writes there any more. What it was, or none if there is no such job.
+  std::optional<Job> dismiss(std::string_view id);
+
+  /// Where a job's results are written. The id must be that of a job.
+  std::filesystem::path results(std::string_view id) const;
+
+  /// All problems of a scene. Errors: limit, io.
+  std::vector<Problem> check(const nlohmann::json& scene) const;
+
+ private:
+  struct Entry;
+
+  void lock_data();
+  void sweep();
+  Submitted replay(const Job& first, const std::string& fingerprint) const;
+  void work(const std::stop_token& stop);
+  std::shared_ptr<Entry> next(const std::stop_token& stop);
+  void run(Entry& entry, const std::stop_token& stop);
+  bool end(Job& job, Status status);
+  bool save(const Job& job);
+  std::filesystem::path folder(std::string_view id) const;
+
+  const Settings settings_;
+  const Engine engine_;
+  std::shared_ptr<const int> lock_;  // descriptor that keeps other processes away
+  mutable std::mutex mutex_;         // guards all below
+  std::condition_variable_any changed_, left_;
+  std::unique_ptr<Store> store_;
+  std::map<std::string, std::shared_ptr<Entry>, std::less<>> running_;  // and what they become
+  std::vector<std::jthread> workers_;                                   // last: the first to go
+};
+
+}  // namespace hoodoo::job

@@ -1,0 +1,32 @@
+// Tiles of several contents (3D Tiles 1.1, "contents"), which 3d-tiles-renderer leaves out: all of a
+// tile's are loaded before any is shown.
+export class Contents {
+  constructor() {
+    this.name = 'CONTENTS';
+  }
+  init(tiles) {
+    this.tiles = tiles;
+  }
+
+  // The first takes the place of the one content that the renderer knows.
+  preprocessNode(tile) {
+    if (!tile.contents) return;
+    tile.content = { uri: tile.contents[0].uri };
+    tile.internal.hasContent = tile.internal.hasRenderableContent = true;
+    ++tile.internal.depthFromRenderedParent;
+  }
+  // The others join it, in its own frame.
+  async processTileModel(scene, tile) {
+    const models = await Promise.all((tile.contents ?? []).slice(1).map(({ uri }) => this.#load(uri, tile)));
+    for (const model of models) scene.add(...model.children);
+  }
+  async #load(uri, tile) {
+    const url = new URL(uri, `${tile.internal.basePath}/`).toString();
+    const options = this.tiles.fetchOptions;
+    const fetched = this.tiles.invokeOnePlugin((plugin) => plugin.fetchData && plugin.fetchData(url, options));
+    const response = await fetched;
+    if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`);
+    const loader = this.tiles.manager.getHandler('slab.glb');
+    return (await loader.parseAsync(await response.arrayBuffer(), '')).scene;
+  }
+}

@@ -1,0 +1,191 @@
+/** What a job survives, and what it leaves: crashes, limits, cancelling, servers that are killed again and again. */
+import assert from 'node:assert/strict';
+import { copyFile, mkdir, readFile, readdir } from 'node:fs/promises';
+import { readFileSync, readdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { setTimeout as sleep } from 'node:timers/promises';
+import { assertNoOrphans } from './folder.mjs';
+import { digests, example, hoodoo, makeFolder, removeFolder, seededRandom } from './hoodoo.mjs';
+import { Server } from './server.mjs';
+
+const sanitized = Boolean(process.env.HOODOO_SANITIZED);
+let work, root, data, server, scene;
+/** A scene that takes a while: the example on a finer grid. */
+const long = () => ({ ...scene, bake: { ...scene.bake, spacing: 1 } });
+
+before(async () => {
+  work = await makeFolder();
+  root = join(work, 'root');
+  data = join(work, 'data');
+  await mkdir(root);
+  await copyFile(join(example, 'scene.json'), join(root, 'scene.json'));
+  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
+  assert.equal(made.code, 0, made.stderr);
+  scene = JSON.parse(await readFile(join(root, 'scene.json'), 'utf8'));
+  server = await Server.start({ data, roots: [root] });
+});
+after(async () => {
+  await server?.stop('SIGKILL');
+  await removeFolder(work);
+});
+
+/** The processes that a server has started and that live: their ids. */
+function children(of) {
+  return readdirSync('/proc').filter((name) => /^\d+$/.test(name)).filter((pid) => {
+    try {
+      const [state, parent] = readFileSync(`/proc/${pid}/stat`, 'utf8').replace(/.*\) /s, '').split(' ');
+      return Number(parent) === of.child.pid && state !== 'Z';
+    } catch {
+      return false;
+    }
+  }).map(Number);
+}
+/** Names of temporary files below a folder. */
+async function leftovers(folder) {
+  return (await readdir(folder, { recursive: true })).filter((name) => name.endsWith('.part'));
+}
+const tilesBegun = ({ tiles, status }) => tiles.done > 0 || status === 'successful';
+const outOf = (id) => join(data, 'jobs', id, 'out');
+
+test('A crash costs one job: it fails, says why, and the next one runs', async () => {
+  const first = await server.submit(long());
+  const second = await server.submit(scene);
+  await server.follow(first, tilesBegun);
+  const running = children(server);
+  assert.equal(running.length, 1, 'one job runs, in a process of its own');
+  process.kill(running[0], 'SIGSEGV');
+  const failed = (await server.follow(first)).at(-1);
+  assert.equal(failed.status, 'failed');
+  assert.equal((await server.fetch(`/jobs/${first}/results`)).status, 500);
+  assert.equal((await server.follow(second)).at(-1).status, 'successful');
+  assert.deepEqual(await leftovers(data), []);
+});
+
+test('A cancelled job has stopped within a second and leaves no temporary file', async () => {
+  const id = await server.submit(long());
+  await server.follow(id, tilesBegun);
+  assert.equal(children(server).length, 1);
+  const start = performance.now();
+  assert.equal((await server.fetch(`/jobs/${id}`, { method: 'DELETE' })).status, 200);
+  while (children(server).length > 0) await sleep(5);
+  const took = performance.now() - start;
+  assert.ok(sanitized || took < 1000, `${took} ms`);
+  assert.equal((await server.json(`/jobs/${id}`)).status, 'dismissed');
+  // Asked again, the job is removed as soon as nothing writes to it any more.
+  assert.equal((await server.fetch(`/jobs/${id}`, { method: 'DELETE' })).status, 200);
+  assert.equal((await server.fetch(`/jobs/${id}`)).status, 404);
+  assert.ok(!(await readdir(join(data, 'jobs'))).includes(id));
+});
+
+test('Jobs of a higher priority come first, and one that is out of range is refused', async () => {
+  const running = await server.submit(long());
+  const low = await server.submit(scene, { priority: -1 });
+  const high = await server.submit(scene, { priority: 3 });
+  await server.fetch(`/jobs/${running}`, { method: 'DELETE' });
+  await server.follow(low);
+  const started = async (id) => Date.parse((await server.json(`/jobs/${id}`)).started);
+  assert.ok(await started(high) < await started(low));
+  for (const priority of [11, -11, 0.5, '1', null]) {
+    const { status } = await server.post(scene, { priority });
+    assert.equal(status, 400, JSON.stringify(priority));
+  }
+});
+
+test('A queue that is full answers 503 and says when to come again', async () => {
+  const small = await Server.start({ data: join(work, 'small'), roots: [root], args: ['--queue', '1'] });
+  try {
+    const running = await small.submit(long());
+    await small.follow(running, ({ status }) => status === 'running');
+    await small.submit(scene);
+    const refused = await small.post(scene);
+    assert.equal(refused.status, 503);
+    assert.ok(Number(refused.headers.get('retry-after')) > 0);
+    assert.equal((await small.json('/jobs')).jobs.length, 2);
+    assert.equal((await readdir(join(work, 'small', 'jobs'))).length, 2, 'nothing is kept of it');
+  } finally {
+    await small.stop();
+  }
+});
+
+test('A request that is sent again with its Idempotency-Key is one job, over a restart too', async () => {
+  const send = (body, key) => server.post(body, {}, { 'idempotency-key': key });
+  const first = await send(scene, 'k-1');
+  assert.equal(first.status, 201);
+  const { jobID } = await first.json();
+  const again = await send(scene, 'k-1');
+  assert.equal(again.status, 200);
+  assert.equal((await again.json()).jobID, jobID);
+  assert.equal(again.headers.get('location'), `${server.url}/jobs/${jobID}`);
+  await server.stop('SIGKILL');
+  server = await Server.start({ data, roots: [root] });
+  assert.equal((await (await send(scene, 'k-1')).json()).jobID, jobID);
+  assert.equal((await send({ ...scene, name: 'Another' }, 'k-1')).status, 422);
+  for (const key of ['', 'a'.repeat(256), 'k\u00e9']) assert.equal((await send(scene, key)).status, 400, key);
+  await server.follow(jobID);
+});
+
+test('Whatever moment a server is killed at, its jobs go on, to the same bytes', { timeout: 600_000 }, async () => {
+  const expected = await digests(outOf(await finish(await server.submit(scene))));
+  const seed = 11;
+  const random = seededRandom(seed);
+  const ids = [];
+  for (let i = 0; i < 3; ++i) ids.push(await server.submit(scene));
+  for (let round = 0; round < 12; ++round) {
+    await sleep(random() * 700);
+    const running = children(server);
+    await server.stop('SIGKILL');
+    for (const end = Date.now() + 5000; running.some(alive);) {
+      assert.ok(Date.now() < end, 'a job outlives its server');
+      await sleep(1);
+    }
+    server = await Server.start({ data, roots: [root] });
+  }
+  for (const id of ids) {
+    await finish(id);
+    assert.deepEqual(await digests(outOf(id)), expected, `seed ${seed}`);
+    await assertNoOrphans(outOf(id));
+  }
+  assert.deepEqual(await leftovers(data), []);
+  const kept = (await server.json('/jobs?limit=1000')).jobs.map(({ jobID }) => jobID);
+  assert.deepEqual((await readdir(join(data, 'jobs'))).sort(), kept.sort());
+});
+function alive(pid) {
+  try {
+    return !/\) Z/.test(readFileSync(`/proc/${pid}/stat`, 'utf8'));
+  } catch {
+    return false;
+  }
+}
+async function finish(id) {
+  const last = (await server.follow(id)).at(-1);
+  assert.equal(last.status, 'successful', JSON.stringify(last));
+  return id;
+}
+
+test('A job that wants more memory than it may have fails alone', { skip: sanitized && 'sanitizers reserve all of it' },
+  async () => {
+    const tight = await Server.start({ data: join(work, 'tight'), roots: [root], args: ['--job-memory', '160'] });
+    try {
+      const id = await tight.submit({ ...scene, bake: { ...scene.bake, spacing: 0.5 } });
+      const last = (await tight.follow(id)).at(-1);
+      assert.equal(last.status, 'failed', JSON.stringify(last));
+      const { status } = await tight.fetch(`/jobs/${id}/results`);
+      assert.equal(status, 413);
+      assert.equal((await tight.fetch('/healthz')).status, 200);
+    } finally {
+      await tight.stop();
+    }
+  });
+
+test('A job that takes more processor time than it may fails alone', async () => {
+  const short = await Server.start({ data: join(work, 'short'), roots: [root], args: ['--job-seconds', '1'] });
+  try {
+    const id = await short.submit({ ...scene, bake: { ...scene.bake, spacing: 0.5 } });
+    const last = (await short.follow(id)).at(-1);
+    assert.equal(last.status, 'failed', JSON.stringify(last));
+    assert.match(last.message, /processor time/);
+  } finally {
+    await short.stop();
+  }
+});
