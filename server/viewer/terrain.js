@@ -7,6 +7,9 @@ import { GLTFExtensionsPlugin } from '3d-tiles-renderer/three/plugins';
 
 import { Bounds } from './bounds.js';
 import { colourMesh, wire } from './colours.js';
+import { Contents } from './contents.js';
+
+const FRAMES_OF_REST = 10;
 
 const isSkirt = (mesh) => mesh.geometry.userData.hoodoo?.role === 'skirt';
 const triangleCount = (mesh) => (mesh.geometry.index ?? mesh.geometry.attributes.position).count / 3;
@@ -38,6 +41,7 @@ export class Terrain extends EventDispatcher {
     this.bytes = 0;
     this.current = null; // on screen
     this.next = null; // loading, to take its place
+    this.rested = 0; // frames that `next` has asked for nothing
   }
 
   // Shows a tileset, or the same once more when it has changed. What is on screen stays there until
@@ -54,6 +58,7 @@ export class Terrain extends EventDispatcher {
     tiles.registerPlugin(new GLTFExtensionsPlugin({
       dracoLoader: this.draco, meshoptDecoder: MeshoptDecoder, metadata: true,
     }));
+    tiles.registerPlugin(new Contents());
     tiles.errorTarget = this.errorTarget;
     tiles.setCamera(this.stage.camera);
     tiles.addEventListener('load-model', ({ scene, tile }) => this.#dress(scene, tile));
@@ -145,12 +150,24 @@ export class Terrain extends EventDispatcher {
       tiles.setResolutionFromRenderer(camera, renderer);
       tiles.update();
     }
-    if (this.next && this.next.visibleTiles.size > 0 && !this.#isLoading(this.next)) this.#swap();
+    this.#settle();
     if (!this.changed) return;
     this.changed = false;
     this.bounds.show(this.visibleTiles.map(({ tile, level }) => ({ box: tile.boundingVolume.box, level })));
     this.stage.needsRender = true;
     this.dispatchEvent({ type: 'change' });
+  }
+
+  // Takes what is loaded on screen. A tileset of which nothing is to be seen, after a few frames in
+  // which it could have asked for more, holds up no newer one: a bake just begun has no tiles yet.
+  #settle() {
+    if (!this.next || this.#isLoading(this.next)) {
+      this.rested = 0;
+    } else if (this.next.visibleTiles.size > 0) {
+      this.#swap();
+    } else if (++this.rested > FRAMES_OF_REST && this.stale) {
+      this.#giveUp();
+    }
   }
 
   #giveUp() {

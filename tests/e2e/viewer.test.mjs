@@ -58,6 +58,32 @@ test('It shows a job while it bakes, and all of it at the end', async () => {
   await fresh.end();
 });
 
+test('A tileset with nothing to see yet holds up no later one', async () => {
+  const page = await openPage(browser, server.url, [960, 540]);
+  const bare = ({ content, contents, children, ...tile }) => ({ ...tile, ...children && { children: children.map(bare) } });
+  let looks = 0, loads = 0;
+  await page.route(`**/jobs/${id}`, async (route) => {   // as if the bake had only begun at the first look
+    const response = await route.fetch();
+    const info = await response.json();
+    await route.fulfill({ response, json: ++looks === 1 ? { ...info, status: 'running' } : info });
+  });
+  await page.route('**/tileset.json', async (route) => {
+    const response = await route.fetch();
+    if (route.request().method() === 'HEAD') {
+      await route.fulfill({ response, headers: { ...response.headers(), etag: `"${looks}"` } });
+    } else if (++loads === 1) {
+      const tileset = await response.json();
+      await route.fulfill({ response, json: { ...tileset, root: bare(tileset.root) } });
+    } else {
+      await route.fulfill({ response });
+    }
+  });
+  await page.goto(`${server.url}/viewer/?job=${id}`);
+  await page.waitForFunction(() => globalThis.hoodoo?.terrain.statistics().tiles > 0);
+  assert.equal(loads, 2);
+  await page.end();
+});
+
 test('Its panel and keys change what is drawn', async () => {
   const page = await open(`/viewer/?job=${id}`);
   await settle(page);
