@@ -154,7 +154,10 @@ class Queue {
       record.marks.clear();
       record.edges.clear();
     }
-    for (auto& step : std::span(scene_.ground.steps).subspan(record.first_step)) spill(step.tree);
+    for (auto& step : std::span(scene_.ground.steps).subspan(record.first_step)) {
+      step.tree = tree::pack_unions(std::move(step.tree));
+      spill(step.tree);
+    }
   }
 
   /// Puts long lists of balls on the disk, from where tiles read those in their reach.
