@@ -1,7 +1,7 @@
 /**
  * The five scenes of Table 1 of Paris, Galin, Peytavie, Guérin and Gain 2019, of the same extents, grids' steps and kinds: made
- * on the coast of `hoodoo synthesize`, generated and baked with --stats, and printed beside the paper's numbers. Run by hand;
- * all five take some minutes and 1 GB of disk:
+ * on the coast of `hoodoo synthesize`, the canyon in gorges of its own, generated and baked with --stats, and printed beside the
+ * paper's numbers. Run by hand; all five take some minutes and 1 GB of disk:
  *
  *     node table1.mjs DIR [NAME ...] [--nodes]
  *
@@ -13,6 +13,7 @@ import { existsSync } from 'node:fs';
 import { mkdir, writeFile } from 'node:fs/promises';
 import { join, resolve } from 'node:path';
 import { parseArgs } from 'node:util';
+import { writeDem } from '../e2e/dem.mjs';
 import { hoodoo } from '../e2e/hoodoo.mjs';
 
 const { positionals, values: options } = parseArgs({ allowPositionals: true, options: { nodes: { type: 'boolean', default: false } } });
@@ -53,6 +54,28 @@ function strokes(count) {
   });
 }
 
+/**
+ * Gorges as deep as the paper's grid of its canyon is high: a river that winds through a plateau, and four that join it. What
+ * #C0/#C can be is bounded by how much air and rock lies over and under the surface, and the coast has a third of that. Pixels of
+ * 1 m, 1,100 a side, from the north-west.
+ */
+function gorges(i, j) {
+  const x = i, y = 1100 - j, river = (at) => 550 + 110 * Math.sin(at / 95) + 40 * Math.sin(at / 41 + 1);
+  const off = (from, curve) => Math.abs(from) / Math.hypot(1, curve);
+  const slope = (110 / 95) * Math.cos(x / 95) + (40 / 41) * Math.cos(x / 41 + 1);
+  const ways = [[off(y - river(x), slope), 100 - x / 60]];   // how far the bed is, and its height
+  [[190, 1], [460, -1], [700, 1], [940, -1]].forEach(([mouth, side], k) => {
+    const bed = mouth + 30 * Math.sin(y / 60 + k), up = side * (y - river(mouth));
+    if (up > 0) ways.push([off(x - bed, Math.cos(y / 60 + k) / 2), 100 - mouth / 60 + up / 8]);
+  });
+  const rough = 3 * Math.sin(x / 17 + y / 29) + 2 * Math.sin(y / 11 - x / 37);
+  const heights = ways.map(([away, bed]) => {
+    const talus = 2.4 * Math.min(Math.max(away - 14, 0), 25), wall = Math.min(Math.max((away - 39) / 32, 0), 1);
+    return bed + talus + (620 - bed - talus) * wall + Math.max(away - 71, 0) / 15 + rough * (0.2 + 0.8 * wall);
+  });
+  return Math.min(...heights);
+}
+
 const scenes = {
   Sea: {
     paper: { figure: 11, size: 6, covered: 0.01, nodes: 50693, generation: 5.5, memory: 3.0, grid: '2,000^2 x 33', t: 13.3, t0: 91.5, calls: 9, calls0: 210 },
@@ -66,8 +89,8 @@ const scenes = {
   },
   Canyon: {
     paper: { figure: 15, size: 1.1, covered: 0.2, nodes: 137043, generation: 6.8, memory: 9.3, grid: '1,000^2 x 546', t: 32.6, t0: 159.0, calls: 30, calls0: 569 },
-    dem: { pixels: 1100, spacing: 1, seed: 3 }, spacing: 1.1, geology: beds(20, 6),
-    operations: [{ id: 'river', type: 'river_canyon', steps: 3, radius: 3, distance: 2.7, energy: 2.4, banks: 30, flood: 40, percentile: 95, stress: 0.1, pixel: 4 }],
+    dem: { pixels: 1100, spacing: 1, height: gorges }, spacing: 1.1, geology: beds(20, 6),
+    operations: [{ id: 'river', type: 'river_canyon', steps: 2, radius: 3, distance: 1.9, energy: 2.4, banks: 40, flood: 80, percentile: 75, stress: 0.1, drainage: 5e3, pixel: 4 }],
   },
   Hoodoo: {
     paper: { figure: 19, size: 0.35, covered: 0.05, nodes: 55619, generation: 2.1, memory: 5.5, grid: '650^2 x 245', t: 2.9, t0: 15.8, calls: 4, calls0: 111 },
@@ -92,7 +115,8 @@ async function run(args) {
 
 async function write(name, { dem, spacing, extent, geology, operations }) {
   const file = join(folder, `${name}.tif`), scene = join(folder, `${name}.json`);
-  if (!existsSync(file)) await run(['synthesize', file, '--pixels', `${dem.pixels}`, '--spacing', `${dem.spacing}`, '--seed', `${dem.seed}`]);
+  if (dem.height) await writeDem(file, dem.pixels, dem.spacing, dem.height);
+  else if (!existsSync(file)) await run(['synthesize', file, '--pixels', `${dem.pixels}`, '--spacing', `${dem.spacing}`, '--seed', `${dem.seed}`]);
   const bake = { spacing, ...(extent && { extent: { min: extent[0], max: extent[1] } }) };
   await writeFile(scene, JSON.stringify({ hoodoo: 1, name, seed: 1, terrains: [{ id: 'land', dem: `${name}.tif` }], geology, operations, bake }));
   return scene;

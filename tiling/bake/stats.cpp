@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/dem/keys.hpp"
 #include "engine/tree/field.hpp"
 #include "engine/tree/reach.hpp"
 #include "tiling/slice/land.hpp"
@@ -44,7 +45,9 @@ class Measuring {
       all_.nodes += tree::count(*scene_.ground.geology);
       all_.memory += tree::memory(*scene_.ground.geology);
     }
-    const Vec3 size = scene_.extent.max - scene_.extent.min;
+    Vec3 size = scene_.extent.max - scene_.extent.min;
+    const Interval z = relief();
+    size.z = z.high - z.low;
     for (std::size_t a = 0; a < 3; ++a) {
       const double cells = std::max(1.0, std::ceil(size[static_cast<int>(a)] / lattice_.spacing0));
       all_.grid[a] = static_cast<std::int64_t>(cells);
@@ -60,7 +63,7 @@ class Measuring {
     const auto volume = volume::sample(land);
     const auto surface = surface::extract(volume, land);
     all_.seconds += processor_seconds() - from;
-    all_.calls += volume.evaluations();
+    all_.calls += volume.evaluations() + land.evaluations();
     find_bounds(land);
     ask_columns(slice);
   }
@@ -78,6 +81,29 @@ class Measuring {
   }
 
  private:
+  /// The z [m] between which the elevations lie and the trees can act. The world's extent is wider:
+  /// it holds whatever an interpolation of any elevations between those could reach.
+  Interval relief() const {
+    Interval z{Box::infinity, -Box::infinity};
+    const auto join = [&z](double low, double high) {
+      if (std::isfinite(low)) z.low = std::min(z.low, low);
+      if (std::isfinite(high)) z.high = std::max(z.high, high);
+    };
+    for (std::size_t i = 0; i < scene_.pyramids.size(); ++i) {
+      const auto wide = scene_.pyramids[i]->bounds(0, scene_.extent);
+      if (!wide) continue;
+      const double middle = (wide->low + wide->high) / 2 + scene_.ground.bodies[i].offset;
+      const double half = (wide->high - wide->low) / 2 / dem::keys_overshoot;
+      join(middle - half, middle + half);
+    }
+    if (scene_.floor) join(*scene_.floor, *scene_.floor);
+    for (const auto& step : scene_.ground.steps) {
+      const auto reach = tree::reach_over(step, scene_.extent);
+      if (!reach.empty()) join(reach.z.low, reach.z.high);
+    }
+    return z;
+  }
+
   struct Bounds {
     double low = Box::infinity, high = -Box::infinity;  // whole cells
     bool empty() const { return low > high; }

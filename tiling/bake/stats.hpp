@@ -20,9 +20,12 @@ struct Statistics {
   std::uint64_t nodes = 0;   // #N, each ball of a list counted
   double generation = 0;     // from JSON to what generators made, elevations apart [s]
   std::uint64_t memory = 0;  // of the construction tree, elevations and voxels apart [bytes]
-  std::array<std::int64_t, 3> grid{};  // cells
+  std::array<std::int64_t, 3> grid{};  // cells; z from the lowest to the highest of elevations and
+                                       // trees
   double seconds = 0;                  // t: slices cut, field, crossings and surface
-  std::uint64_t calls = 0;             // #C: points at which the field was asked for that
+  /// #C: points at which the field was asked for that: grid points, root finding, normals, and
+  /// Newton's steps of vertices to the surface. Where the height field alone rules it is not asked.
+  std::uint64_t calls = 0;
   /// Points within the paper's bounds: per column of lattice points from the lowest to the highest
   /// that it or one beside it can have a surface at, and one above.
   std::uint64_t bounded_calls = 0;

@@ -198,6 +198,7 @@ std::vector<Vec3f> Land::normals(std::span<const StepPoint> points) {
   by_owner(points, [&](const BlockIndex& block, auto indices, const tree::Points& at) {
     const auto n = at.size();
     value.resize(n), gx.resize(n), gy.resize(n), gz.resize(n);
+    evaluations_ += n;
     field(block).gradients(at, value, {gx, gy, gz});
     for (std::size_t i = 0; i < n; ++i) {
       const Vec3 out = normalized({-gx[i], -gy[i], -gz[i]});
@@ -269,6 +270,7 @@ void Land::steps_in_block(const BlockIndex& block, const StepPoint& origin, Offs
   const auto order = by_part(points, low, slice_.lattice.units());
   const auto step = static_cast<float>(slice_.step());
   const tree::Field& owner = field(block);
+  evaluations_ += points.size();
   std::array<std::array<float, batch>, 3> at, gradient;
   std::array<float, batch> value;
   Numbers above, gx, gy, gz, x, y, z;
@@ -333,6 +335,7 @@ std::vector<float> Land::values(std::span<const StepPoint> points) {
   std::vector<float> result(points.size()), value;
   by_owner(points, [&](const BlockIndex& block, auto indices, const tree::Points& at) {
     value.resize(at.size());
+    evaluations_ += at.size();
     field(block).values(at, value);
     for (std::size_t i = 0; i < at.size(); ++i) result[indices[i]] = value[i];
   });

@@ -62,6 +62,8 @@ class Land {
   std::vector<float> resistances(std::span<const StepPoint> points);
   /// F at `points`.
   std::vector<float> values(std::span<const StepPoint> points);
+  /// Points at which `steps_to_surface`, `normals` and `values` have asked a field for F.
+  std::uint64_t evaluations() const { return evaluations_; }
 
  private:
   std::unique_ptr<const tree::Field> closed_at(const BlockIndex& block, const Vec3& origin,
@@ -88,6 +90,7 @@ class Land {
   const Slice& slice_;
   std::vector<dem::Window> windows_;
   std::unordered_map<BlockIndex, std::unique_ptr<const tree::Field>, BlockHash> fields_;
+  std::uint64_t evaluations_ = 0;
 };
 
 }  // namespace hoodoo::slice
