@@ -197,7 +197,7 @@ json readiness() {
 }
 
 json metrics() {
-  auto all = content("text/plain", text);
+  auto all = content("text/plain;version=0.0.4;charset=utf-8", text);
   all["description"] = "Prometheus' text format";
   return {{"get", operation("getMetrics", "Figures for those who watch", {{"200", all}})}};
 }
