@@ -26,6 +26,7 @@ build_packages=(
 )
 test_packages=(
   clang clang-format clang-tidy libclang-rt-14-dev git curl chromium shellcheck proj-bin
+  openssl libpcre2-8-0
 )
 httplib_minimum=0.41.0
 httplib=/usr/local/include/cpp-httplib/httplib.h
@@ -100,6 +101,17 @@ unpack_httplib() (
     dpkg-source --no-check -q --extract cpp-httplib_*.dsc httplib
 )
 
+# nginx's binary alone: its package would start a service.
+install_nginx() {
+  if command -v nginx > /dev/null || [ -x /usr/sbin/nginx ]; then return; fi
+  local folder
+  folder=$(mktemp -d)
+  if [ "$(id -u)" -eq 0 ]; then chown _apt "$folder"; fi
+  (cd "$folder" && quietly apt-get -qq download nginx && dpkg-deb -x nginx_*.deb .)
+  as_root install -D -m 755 "$folder/usr/sbin/nginx" /usr/local/sbin/nginx
+  rm -rf "$folder"
+}
+
 # The packages of a lock file. Nothing runs their install scripts: none of them needs one.
 install_node_modules() {
   if [ ! -f "$1/package-lock.json" ]; then return; fi
@@ -115,4 +127,7 @@ if ! command -v npm > /dev/null; then packages+=(nodejs npm); fi
 install_packages "${packages[@]}"
 install_httplib
 install_node_modules server/viewer
-if [ "${1:-}" != --build ]; then install_node_modules tests/e2e; fi
+if [ "${1:-}" != --build ]; then
+  install_nginx
+  install_node_modules tests/e2e
+fi

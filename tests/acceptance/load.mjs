@@ -1,9 +1,10 @@
 /**
  * Does the server answer while a crowd hangs on it? 500 listeners to a job's events, 2,000 connections that say nothing and 200
  * clients that send a byte at a time, while a bake runs: how long /healthz takes, and what memory the server has. Prints a Markdown
- * table; ends with 1 when the 99th percentile is over 50 ms or memory over 300 MiB. Run by hand:
+ * table; ends with 1 when the 99th percentile is over 50 ms or memory over 300 MiB. With --nginx all of it goes through nginx with
+ * deploy/nginx/hoodoo.conf, but for its limits for each address. Run by hand, under `ulimit -n 20000`:
  *
- *     node load.mjs [--listeners N] [--idle N] [--slow N] [--seconds N]
+ *     node load.mjs [--nginx] [--listeners N] [--idle N] [--slow N] [--seconds N]
  */
 import { mkdir, readFile } from 'node:fs/promises';
 import { Agent, get } from 'node:http';
@@ -13,13 +14,14 @@ import { setTimeout as sleep } from 'node:timers/promises';
 import { parseArgs } from 'node:util';
 import { Worker, isMainThread, parentPort, workerData } from 'node:worker_threads';
 import { example, hoodoo, makeFolder, removeFolder } from '../e2e/hoodoo.mjs';
+import { Nginx, freePort } from '../e2e/nginx.mjs';
 import { Server } from '../e2e/server.mjs';
 
 const slowest = 50, mostMemory = 300;   // [ms], [MiB]
 const { values: options } = parseArgs({
   options: {
     listeners: { type: 'string', default: '500' }, idle: { type: 'string', default: '2000' }, slow: { type: 'string', default: '200' },
-    seconds: { type: 'string', default: '20' },
+    seconds: { type: 'string', default: '20' }, nginx: { type: 'boolean', default: false },
   },
 });
 
@@ -43,15 +45,20 @@ if (!isMainThread) {
   process.exit(0);
 }
 const probeElsewhere = (seconds) => new Promise((done, fail) => {
-  new Worker(new URL(import.meta.url), { workerData: { url: server.url, seconds } }).once('message', done).once('error', fail);
+  new Worker(new URL(import.meta.url), { workerData: { url, seconds } }).once('message', done).once('error', fail);
 });
 
 const work = await makeFolder(), root = join(work, 'root');
 await mkdir(root);
 await hoodoo(['synthesize', join(root, 'dem.tif')]);
 const scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
-const server = await Server.start({ data: join(work, 'data'), roots: [root] });
-const { hostname, port } = new URL(server.url);
+const data = join(work, 'data'), plain = options.nginx ? await freePort() : null;
+const server = await Server.start({ data, roots: [root], args: plain ? ['--public-url', `http://127.0.0.1:${plain}`] : [] });
+const nginx = plain && await Nginx.start({
+  folder: join(work, 'nginx'), port: await freePort(), plain, upstream: new URL(server.url).port, data, limits: false,
+});
+const url = plain ? `http://127.0.0.1:${plain}` : server.url;
+const { hostname, port } = new URL(url);
 const sockets = [];
 let answered = 0;
 
@@ -101,6 +108,7 @@ try {
 } finally {
   ending = true;
   for (const socket of sockets) socket.destroy();
+  await nginx?.stop();
   await server.stop('SIGKILL');
   await removeFolder(work);
 }

@@ -1,0 +1,125 @@
+/** deploy/nginx/hoodoo.conf as it is, but for names and places, before a server with keys. */
+import assert from 'node:assert/strict';
+import { mkdir, readFile } from 'node:fs/promises';
+import { connect as connectTwo } from 'node:http2';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { connect } from 'node:tls';
+import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { Nginx, freePort } from './nginx.mjs';
+import { Server } from './server.mjs';
+
+let work, server, nginx, key, scene, job;
+
+before(async () => {
+  work = await makeFolder();
+  const root = join(work, 'root'), keys = join(work, 'keys.json');
+  await mkdir(root);
+  assert.equal((await hoodoo(['synthesize', join(root, 'dem.tif')])).code, 0);
+  key = (await hoodoo(['key', keys, 'artist', '--scopes', 'read,submit'])).stdout.trim();
+  scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  const port = await freePort();
+  server = await Server.start({ data: join(work, 'data'), roots: [root], args: ['--public-url', `https://127.0.0.1:${port}`, '--keys', keys] });
+  nginx = await Nginx.start({ folder: join(work, 'nginx'), port, upstream: new URL(server.url).port, data: join(work, 'data') });
+});
+after(async () => {
+  await nginx?.stop();
+  await server?.stop();
+  await removeFolder(work);
+});
+
+const document = async (path, options) => JSON.parse((await nginx.ask(path, options)).body);
+const submit = (more = {}) => nginx.ask('/processes/bake-terrain/execution', {
+  method: 'POST', headers: { 'content-type': 'application/json', authorization: `Bearer ${key}`, ...more },
+  body: JSON.stringify({ inputs: { scene } }),
+});
+/** What a connection that sends `text` gets until it is closed. */
+const raw = (text) => new Promise((resolve, reject) => {
+  const { hostname, port } = new URL(nginx.url);
+  let got = '';
+  const socket = connect({ host: hostname, port, ca: nginx.certificate }, () => socket.write(text));
+  socket.setEncoding('utf8').on('data', (piece) => { got += piece; }).on('close', () => resolve(got)).on('error', reject);
+});
+
+test('Links are those of the public address, over HTTP/2 too', async () => {
+  for (const { href } of (await document('/')).links) assert.ok(href.startsWith(nginx.url), href);
+  const session = connectTwo(nginx.url, { ca: nginx.certificate });
+  const stream = session.request({ ':path': '/conformance' });
+  const status = await new Promise((done, fail) => stream.on('response', (headers) => done(headers[':status'])).on('error', fail));
+  stream.resume();
+  session.close();
+  assert.equal(status, 200);
+  const { headers } = await nginx.ask('/viewer/');
+  assert.match(headers['strict-transport-security'], /max-age/);
+  assert.match(headers['content-security-policy'], /frame-ancestors 'none'/);
+  assert.doesNotMatch(headers.server, /\d/, 'no version is told');
+});
+
+test('Figures stay within; keys are asked for', async () => {
+  assert.equal((await nginx.ask('/metrics', { headers: { authorization: `Bearer ${key}` } })).status, 404);
+  assert.equal((await nginx.ask('/healthz')).status, 200);
+  assert.equal((await nginx.ask('/jobs')).status, 401);
+  assert.equal((await submit({ authorization: 'Bearer hoodoo_wrong' })).status, 401);
+});
+
+test('A job runs, and its events come while it does', async () => {
+  const answer = await submit();
+  assert.equal(answer.status, 201, answer.body);
+  assert.ok(answer.headers.location.startsWith(`${nginx.url}/jobs/`));
+  job = JSON.parse(answer.body).jobID;
+  const seen = [];
+  const { headers, body } = await nginx.ask(`/jobs/${job}/events`, { on: () => seen.push(Date.now()) });
+  assert.match(headers['content-type'], /^text\/event-stream/);
+  assert.match(body.toString(), /"successful"/);
+  assert.ok(seen.length > 2, `${seen.length} pieces came`);
+});
+
+test('Tiles come from the disk, whole or in part, and only what is a tile', async () => {
+  const path = `/jobs/${job}/tiles/`, tileset = await document(`${path}tileset.json`);
+  const tile = path + tileset.root.content.uri, direct = await server.fetch(tile);
+  const bytes = Buffer.from(await direct.arrayBuffer());
+  const { status, headers, body } = await nginx.ask(tile);
+  assert.equal(status, 200);
+  assert.deepEqual(body, bytes);
+  for (const name of ['content-type', 'cache-control', 'access-control-allow-origin', 'x-content-type-options']) {
+    assert.equal(headers[name], direct.headers.get(name), name);
+  }
+  assert.equal(headers['x-request-id'], undefined, 'hoodoo was not asked');
+  const part = await nginx.ask(tile, { headers: { range: 'bytes=10-19' } });
+  assert.equal(part.status, 206);
+  assert.deepEqual(part.body, bytes.subarray(10, 20));
+  assert.equal((await nginx.ask(tile, { headers: { 'if-none-match': headers.etag } })).status, 304);
+  assert.equal((await nginx.ask(tile, { method: 'HEAD' })).headers['content-length'], `${bytes.length}`);
+  assert.equal((await nginx.ask(tile, { method: 'DELETE' })).status, 403);
+
+  const missing = tile.replace(/[0-9a-f]{64}/, '0'.repeat(64));
+  const { status: none, headers: told } = await nginx.ask(missing);
+  assert.equal(none, 404);
+  assert.ok(told['x-request-id'], 'hoodoo was asked');
+  for (const other of ['scene.json', '../scene.json', '..%2fscene.json', '%2e%2e/scene.json', '.hidden.glb', 'tiles/..%2f..%2f..%2fjobs.db']) {
+    const { status: refused } = await nginx.ask(path + other);
+    assert.ok(refused === 404 || refused === 400, `${other}: ${refused}`);
+  }
+});
+
+test('What is too large, malformed or smuggled ends at nginx', async () => {
+  const { port } = new URL(nginx.url), host = `Host: 127.0.0.1:${port}\r\n`;
+  const large = await nginx.ask('/processes/echo/execution', { method: 'POST', headers: { 'content-length': 17 * 1024 * 1024 } })
+    .catch(({ code }) => ({ status: code }));
+  assert.equal(large.status, 413);
+  const first = async (text) => (await raw(text)).split('\r\n')[0];
+  assert.match(await first(`GET / HTTP/1.1\r\n${host}X: ${'x'.repeat(40_000)}\r\n\r\n`), / 400 /);
+  assert.match(await first(`GET /${'x'.repeat(40_000)} HTTP/1.1\r\n${host}\r\n`), / 414 /);
+  assert.match(await first(`POST /processes/echo/execution HTTP/1.1\r\n${host}Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\nGET /metrics HTTP/1.1\r\n${host}\r\n`), / 400 /);
+  assert.match(await first(`GET / HTTP/1.1\r\n${host}Content-Length: -1\r\n\r\n`), / 400 /);
+  assert.match(await first('GET / HTTP/1.1\r\n\r\n'), / 400 /);
+  assert.equal((await nginx.ask('/healthz')).status, 200);
+});
+
+test('A client that posts too fast is held back, one that reads is not', async () => {
+  const posts = await Promise.all(Array.from({ length: 60 }, () => nginx.ask('/processes/echo/execution', { method: 'POST', body: '{}' })));
+  const counted = posts.filter(({ status }) => status === 429).length;
+  assert.ok(counted > 20, `${counted} of 60 posts were held back`);
+  const reads = await Promise.all(Array.from({ length: 60 }, () => nginx.ask('/conformance')));
+  assert.deepEqual(reads.filter(({ status }) => status !== 200), []);
+});
