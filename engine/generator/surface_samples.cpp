@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <unordered_map>
 
 #include "engine/base/error.hpp"
 #include "engine/base/random.hpp"
@@ -24,6 +23,7 @@ constexpr std::int64_t farthest_cell = 1 << 20;  // what a cell's key has bits f
 
 using Cell = std::array<std::int64_t, 3>;
 
+/// For hashes.
 std::uint64_t key_of(const Cell& c) {
   std::uint64_t key = 0;
   for (const auto v : c) key = key << 21 | static_cast<std::uint64_t>(v + farthest_cell);
@@ -50,9 +50,27 @@ Linear trilinear(const Corners& f, const Vec3& u) {
            mix(x[2] - x[0], x[3] - x[1], u.z), high - low}};
 }
 
-bool crosses(const Corners& f) {
-  const auto [low, high] = std::ranges::minmax(f);
-  return low <= 0.5 && high > 0.5;
+/// Calls visit(i, j, k) for the cells of a block that the surface passes through: a part of their
+/// corners is inside. The values of its points, x slowest.
+template <class Visit>
+void for_each_crossed(std::span<const float> f, const Visit& visit) {
+  constexpr auto plane = corners * corners;
+  std::array<std::uint8_t, corners * plane> inside{};
+  for (std::size_t n = 0; n < inside.size(); ++n) inside[n] = f[n] > 0.5F ? 1 : 0;
+  for (std::size_t i = 0; i + 1 < corners; ++i) {
+    for (std::size_t j = 0; j + 1 < corners; ++j) {
+      const std::uint8_t* at = &inside[i * plane + j * corners];
+      std::array<std::uint8_t, corners> sums{};  // of the four points of each height
+      for (std::size_t k = 0; k < corners; ++k) {
+        sums[k] = static_cast<std::uint8_t>(at[k] + at[corners + k] + at[plane + k] +
+                                            at[plane + corners + k]);
+      }
+      for (std::size_t k = 0; k + 1 < corners; ++k) {
+        const int sum = sums[k] + sums[k + 1];
+        if (sum > 0 && sum < 8) visit(i, j, k);
+      }
+    }
+  }
 }
 
 /// A cell that the surface passes through, and its candidates on the surface of its corners.
@@ -74,7 +92,7 @@ class Sampler {
 
   std::vector<SurfaceSample> run() {
     find_cells();
-    for (std::size_t i = 0; i < cells_.size(); ++i) places_.emplace(key_of(cells_[i].cell), i);
+    find_neighbours();
     for (std::size_t round = 0; round < rounds; ++round) {
       for (std::size_t phase = 0; phase < by_phase_.size(); ++phase) {
         for (const auto i : by_phase_[phase]) take(i, round);
@@ -165,26 +183,26 @@ class Sampler {
     std::vector<float> f(corners * corners * corners);
     field.grid({along, along, along}, f);
     const auto before = into.size();
-    for (std::size_t i = 0; i + 1 < corners; ++i) {
-      for (std::size_t j = 0; j + 1 < corners; ++j) {
-        for (std::size_t k = 0; k + 1 < corners; ++k) {
-          Corners c{};
-          for (std::size_t n = 0; n < 8; ++n) {
-            c[n] = static_cast<double>(
-                f[((i + (n >> 2)) * corners + j + (n >> 1 & 1)) * corners + k + (n & 1)]);
-          }
-          if (!crosses(c)) continue;
-          Passed passed{{first[0] + static_cast<std::int64_t>(i),
-                         first[1] + static_cast<std::int64_t>(j),
-                         first[2] + static_cast<std::int64_t>(k)}};
-          const Vec3 corner =
-              low +
-              Vec3{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)} * size_;
-          if (draw(c, corner, windows, passed)) into.push_back(passed);
-        }
+    for_each_crossed(f, [&](std::size_t i, std::size_t j, std::size_t k) {
+      Corners c{};
+      for (std::size_t n = 0; n < 8; ++n) {
+        c[n] = static_cast<double>(
+            f[((i + (n >> 2)) * corners + j + (n >> 1 & 1)) * corners + k + (n & 1)]);
       }
-    }
+      Passed passed{{first[0] + static_cast<std::int64_t>(i),
+                     first[1] + static_cast<std::int64_t>(j),
+                     first[2] + static_cast<std::int64_t>(k)}};
+      const Vec3 corner =
+          low +
+          Vec3{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)} * size_;
+      if (draw(c, corner, windows, passed)) into.push_back(passed);
+    });
     settle(field, low, std::span(into).subspan(before));
+    const auto settled = into.begin() + static_cast<std::ptrdiff_t>(before);
+    into.erase(
+        std::remove_if(settled, into.end(),
+                       [](const Passed& p) { return std::ranges::count(p.good, true) == 0; }),
+        into.end());
   }
 
   /// Candidates moved to F = 1/2 itself; those that leave their cells are none.
@@ -262,20 +280,35 @@ class Sampler {
     return any;
   }
 
-  bool is_free(const Cell& cell, const Vec3& p) const {
-    Cell c{};
-    for (c[0] = cell[0] - 1; c[0] <= cell[0] + 1; ++c[0]) {
-      for (c[1] = cell[1] - 1; c[1] <= cell[1] + 1; ++c[1]) {
-        for (c[2] = cell[2] - 1; c[2] <= cell[2] + 1; ++c[2]) {
-          const auto found = places_.find(key_of(c));
-          if (found == places_.end()) continue;
-          const auto& other = cells_[found->second];
-          for (std::size_t n = 0; n < rounds; ++n) {
-            if (!other.taken[n]) continue;
-            const Vec3 d = other.at[n] - p;
-            if (dot(d, d) < size_ * size_) return false;
-          }
+  /// Lists for each cell those around it and itself. The cells are in order, so that of one of the
+  /// nine columns around a cell those of its height follow each other, after those of any cell
+  /// before it.
+  void find_neighbours() {
+    std::array<std::size_t, 9> from{};
+    neighbours_from_.reserve(cells_.size() + 1);
+    for (const auto& passed : cells_) {
+      neighbours_from_.push_back(neighbours_.size());
+      const auto [x, y, z] = passed.cell;
+      for (std::size_t n = 0; n < from.size(); ++n) {
+        const Cell low{x + static_cast<std::int64_t>(n / 3) - 1,
+                       y + static_cast<std::int64_t>(n % 3) - 1, z - 1};
+        const Cell high{low[0], low[1], z + 1};
+        while (from[n] < cells_.size() && cells_[from[n]].cell < low) ++from[n];
+        for (auto i = from[n]; i < cells_.size() && cells_[i].cell <= high; ++i) {
+          neighbours_.push_back(static_cast<std::uint32_t>(i));
         }
+      }
+    }
+    neighbours_from_.push_back(neighbours_.size());
+  }
+
+  bool is_free(std::size_t cell, const Vec3& p) const {
+    for (auto i = neighbours_from_[cell]; i < neighbours_from_[cell + 1]; ++i) {
+      const auto& other = cells_[neighbours_[i]];
+      for (std::size_t n = 0; n < rounds; ++n) {
+        if (!other.taken[n]) continue;
+        const Vec3 d = other.at[n] - p;
+        if (dot(d, d) < size_ * size_) return false;
       }
     }
     return true;
@@ -283,7 +316,7 @@ class Sampler {
 
   void take(std::size_t i, std::size_t round) {
     auto& passed = cells_[i];
-    if (passed.good[round] && is_free(passed.cell, passed.at[round])) passed.taken[round] = true;
+    if (passed.good[round] && is_free(i, passed.at[round])) passed.taken[round] = true;
   }
 
   /// The samples in the box, with the field's own normal.
@@ -308,7 +341,8 @@ class Sampler {
   double size_;
   std::vector<Box> reaches_;  // of the steps so far
   std::vector<Passed> cells_;
-  std::unordered_map<std::uint64_t, std::size_t> places_;
+  std::vector<std::uint32_t> neighbours_;     // of the first cell, then of the next, and so on
+  std::vector<std::size_t> neighbours_from_;  // where those of a cell begin
   std::array<std::vector<std::size_t>, 27> by_phase_;
 };
 
