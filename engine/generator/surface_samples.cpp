@@ -30,6 +30,12 @@ std::uint64_t key_of(const Cell& c) {
   return key;
 }
 
+/// What is common to many draws is mixed once: random_bits(a, b, c) is
+/// further_bits(random_bits(a, b), c).
+std::uint64_t further_bits(std::uint64_t bits, std::uint64_t next) {
+  return mix(bits ^ (next + 0x9e3779b97f4a7c15U));
+}
+
 /// F at the corners of a cell, x slowest.
 using Corners = std::array<double, 8>;
 
@@ -85,6 +91,8 @@ class Sampler {
  public:
   Sampler(const Site& site, const SurfaceSampling& sampling)
       : site_(site), sampling_(sampling), size_(sampling.distance) {
+    const double level = 0.5 * (1 + sampling.level);
+    squared_level_ = level * level;
     for (const auto& step : site.ground().steps) {
       reaches_.push_back(tree::support(step.tree).influence);
     }
@@ -255,12 +263,12 @@ class Sampler {
   /// Candidates by hash, drawn to the surface within the cell. False: none is there.
   bool draw(const Corners& f, const Vec3& corner, std::span<const dem::Window> windows,
             Passed& into) const {
-    const auto key = key_of(into.cell);
+    const auto of_cell = random_bits(sampling_.seed, key_of(into.cell));
     bool any = false;
     for (std::size_t n = 0; n < rounds; ++n) {
-      Vec3 u{unit_real(random_bits(sampling_.seed, key, n, 0)),
-             unit_real(random_bits(sampling_.seed, key, n, 1)),
-             unit_real(random_bits(sampling_.seed, key, n, 2))};
+      const auto own = further_bits(of_cell, n);
+      Vec3 u{unit_real(further_bits(own, 0)), unit_real(further_bits(own, 1)),
+             unit_real(further_bits(own, 2))};
       bool on = false;
       for (int step = 0; step < newton_steps; ++step) {
         const auto at = trilinear(f, u);
@@ -269,6 +277,7 @@ class Sampler {
         const Vec3 moved = u - at.slope * (off / steep);
         on = moved.x >= 0 && moved.x < 1 && moved.y >= 0 && moved.y < 1 && moved.z >= 0 &&
              moved.z < 1;
+        on = on && (at.slope.z >= 0 || at.slope.z * at.slope.z <= squared_level_ * steep);
         u = {std::clamp(moved.x, 0.0, 1.0), std::clamp(moved.y, 0.0, 1.0),
              std::clamp(moved.z, 0.0, 1.0)};
       }
@@ -339,6 +348,7 @@ class Sampler {
   const Site& site_;
   const SurfaceSampling& sampling_;
   double size_;
+  double squared_level_;      // no candidate where the corners are far more level than asked for
   std::vector<Box> reaches_;  // of the steps so far
   std::vector<Passed> cells_;
   std::vector<std::uint32_t> neighbours_;     // of the first cell, then of the next, and so on
