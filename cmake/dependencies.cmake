@@ -16,6 +16,7 @@ find_package(hwy REQUIRED CONFIG)
 find_package(meshoptimizer REQUIRED CONFIG)
 find_package(nanoflann REQUIRED CONFIG)
 find_package(nlohmann_json 3.11 REQUIRED CONFIG)
+find_package(prometheus-cpp REQUIRED CONFIG)
 find_package(spdlog REQUIRED CONFIG)
 
 # Debian's OpenImageIO target lists an OpenCV include folder that its package does not bring.
@@ -61,5 +62,7 @@ if(NOT httplib_version VERSION_GREATER_EQUAL HTTPLIB_MINIMUM)
 endif()
 add_library(hoodoo_httplib INTERFACE)
 target_include_directories(hoodoo_httplib SYSTEM INTERFACE ${HTTPLIB_INCLUDE_DIR})
-target_compile_definitions(hoodoo_httplib INTERFACE CPPHTTPLIB_LISTEN_BACKLOG=1024)
+# A connection that waits looks twice a second, not a hundred times, whether the server stops: thousands may wait.
+target_compile_definitions(hoodoo_httplib INTERFACE CPPHTTPLIB_LISTEN_BACKLOG=4096
+  CPPHTTPLIB_KEEPALIVE_TIMEOUT_CHECK_INTERVAL_USECOND=500000)
 target_link_libraries(hoodoo_httplib INTERFACE Threads::Threads)

@@ -94,12 +94,8 @@ class Analysis {
   }
   void wrote(const std::string& file) { report_["written"].push_back(file); }
 
-  /// They are found in the whole grid, which memory must hold.
   void write_sinks() {
-    const auto grid = hydrology::read(options_.dem, {options_.memory_mib << 20});
-    auto filled = grid;
-    hydrology::fill(filled);
-    const auto sinks = hydrology::sinks(grid, filled);
+    const auto sinks = dem_.sinks();
     write_file(options_.sinks, csv_of(sinks));
     wrote(options_.sinks);
     report_["sinks"] = sinks.size();

@@ -21,6 +21,7 @@ void add_schema(CLI::App& app, int* exit);
 void add_draw(CLI::App& app, int* exit);
 void add_synthesize(CLI::App& app, int* exit);
 void add_serve(CLI::App& app, int* exit);
+void add_key(CLI::App& app, int* exit);
 
 /// `--json` was given: results and errors are JSON.
 bool json_wanted(const CLI::App& app);

@@ -52,7 +52,8 @@ const tree::Balls* balls_of(const tree::Node& tree) {
 void write_primitives(const fs::path& folder, const scene::Scene& scene) {
   FileWriter csv(folder / "primitives.csv");
   csv.write("generator,step,operation,x,y,z,radius,energy\n");
-  constexpr std::string_view operations[] = {"blend", "carve", "union", "difference", "intersect"};
+  constexpr std::string_view operations[] = {"blend",      "carve",     "union",
+                                             "difference", "intersect", "replace"};
   auto trees = nlohmann::json::array();
   for (const auto& record : scene.grown) {
     std::size_t number = 0;

@@ -60,6 +60,7 @@ int run(int argc, char** argv) {
   add_merge(app, &exit);
   add_check(app, &exit);
   add_serve(app, &exit);
+  add_key(app, &exit);
   add_verify(app, &exit);
   add_diff(app, &exit);
   add_export(app, &exit);

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "engine/base/error.hpp"
 #include "server/commands.hpp"
 #include "server/http/http.hpp"
+#include "server/http/keys.hpp"
 #include "server/resources.hpp"
 #include "server/signals.hpp"
 
@@ -16,7 +18,9 @@ namespace hoodoo {
 
 void add_serve(CLI::App& app, int* exit) {
   struct Options {
-    std::string listen = "127.0.0.1:8080", data = "hoodoo-data", cache, viewer, public_url;
+    std::string listen = "127.0.0.1:8080", data = "hoodoo-data", cache, viewer, public_url, keys;
+    std::string log = "text";
+    int drain = 0;
     std::vector<std::string> roots, tilesets;
     Resources resources;
     int jobs = 1;
@@ -37,6 +41,17 @@ void add_serve(CLI::App& app, int* exit) {
                       "which pages of any origin may read");
   command->add_option("--viewer", options->viewer, "Folder of the viewer's files");
   command->add_option("--public-url", options->public_url, "What clients reach this server as");
+  command->add_option("--keys", options->keys,
+                      "File of bearer keys, as `hoodoo key` writes it; needed where others can "
+                      "reach the server");
+  command->add_option("--log", options->log, "On stderr: faults as text, or JSON lines of requests")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
+  command
+      ->add_option("--drain", options->drain,
+                   "How long [s] after SIGTERM requests are still answered while /readyz is 503")
+      ->check(CLI::Range(0, 3600))
+      ->capture_default_str();
   options->resources.add_to(*command);
   command->add_option("--jobs", options->jobs, "Jobs that run at once")
       ->check(CLI::Range(1, 64))
@@ -82,12 +97,40 @@ void add_serve(CLI::App& app, int* exit) {
     settings.program = std::filesystem::read_symlink("/proc/self/exe");
     settings.viewer = options->viewer;
     settings.public_url = options->public_url;
+    settings.keys = options->keys;
+    settings.json_log = options->log == "json";
+    settings.drain = std::chrono::seconds(options->drain);
     settings.stop = signals.token();
     settings.listening = [host = settings.host](int bound) {
       fmt::print("hoodoo: listening on http://{}:{}/\n", host, bound);
       std::fflush(stdout);
     };
     http::serve(settings);
+    *exit = 0;
+  });
+}
+
+void add_key(CLI::App& app, int* exit) {
+  struct Options {
+    std::string file, name;
+    std::vector<std::string> scopes{"read", "submit"};
+  };
+  auto options = std::make_shared<Options>();
+  auto* command = app.add_subcommand("key", "Make a bearer key for `hoodoo serve --keys`");
+  command->add_option("file", options->file, "File of keys; made when absent")->required();
+  command->add_option("name", options->name, "Whose key it is; an older one of the name goes")
+      ->required();
+  command
+      ->add_option("--scopes", options->scopes,
+                   "read: lists; submit: jobs and their end; admin: all of that for every owner's "
+                   "jobs, and /metrics")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"read", "submit", "admin"}))
+      ->capture_default_str();
+  command->callback([=] {
+    std::vector<http::Scope> scopes;
+    for (const auto& name : options->scopes) scopes.push_back(http::scope_of(name));
+    fmt::print("{}\n", http::Keys::add(options->file, options->name, scopes));
     *exit = 0;
   });
 }

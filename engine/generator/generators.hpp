@@ -10,6 +10,7 @@
 #include "engine/generator/river_canyon.hpp"
 #include "engine/generator/scatter.hpp"
 #include "engine/generator/sea_cliffs.hpp"
+#include "engine/generator/smooth.hpp"
 
 /// engine/generator: the scene so far -> more operations of it.
 namespace hoodoo::generator {
@@ -18,6 +19,6 @@ namespace hoodoo::generator {
 /// fields, and `grow` queues trees, each of which the next sees.
 /// Source: Paris et al. 2019, sections 6 and 8.2.
 using AnyGenerator = std::variant<SeaCliffs, RiverCanyon, PercolationKarst, Hoodoos, Scatter,
-                                  Overhangs, Arches, CliffStrata, FloatingIslands>;
+                                  Overhangs, Arches, CliffStrata, FloatingIslands, Smooth>;
 
 }  // namespace hoodoo::generator

@@ -37,8 +37,9 @@ Box Growth::reach() const {
   return region ? intersection(world, region->influence()) : world;
 }
 
-void Growth::add(tree::Operation operation, tree::Node tree) {
-  site.add({record.id, record.where, operation, std::move(tree), nullptr, material});
+void Growth::add(tree::Operation operation, tree::Node tree,
+                 std::shared_ptr<const tree::Region> where) {
+  site.add({record.id, record.where, operation, std::move(tree), std::move(where), material});
   ++record.steps;
 }
 

@@ -21,8 +21,9 @@ struct Growth {
   Box reach() const;
   /// How much it may act at a place, in [0, 1].
   double weight(const Vec3& p) const { return region ? region->weight(p).w : 1; }
-  /// Queues a tree; from then on the site has it.
-  void add(tree::Operation operation, tree::Node tree);
+  /// Queues a tree; from then on the site has it. It acts everywhere, or in a region of its own.
+  void add(tree::Operation operation, tree::Node tree,
+           std::shared_ptr<const tree::Region> where = nullptr);
 };
 
 /// Most primitives of one generator.

@@ -53,6 +53,7 @@ struct Sink {
   float elevation;    // [m]
   double depth;       // [m] of the depression it lies in, from here to where that spills
   double area;        // [m^2] of that depression
+  friend bool operator==(const Sink&, const Sink&) = default;
 };
 /// All sinks in the order of rows. A level bottom is one. `filled` is `grid` after `fill`.
 /// Source: Paris et al. 2019, section 6 (cells of which all neighbours lie higher).

@@ -40,6 +40,8 @@ class LargeDem {
   /// Errors: bad_input, where there is no sea.
   void sea_distance(double sea_level, const TakeRows& take);
   void filled(const TakeRows& take);
+  /// Errors: limit, where there are more than memory holds.
+  std::vector<Sink> sinks();
 
   /// Area that drains through each cell.
   struct Flow {

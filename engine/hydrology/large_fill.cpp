@@ -1,8 +1,12 @@
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
+#include "engine/base/error.hpp"
 #include "engine/hydrology/basins.hpp"
 #include "engine/hydrology/large.hpp"
+#include "engine/hydrology/sinks.hpp"
 
 namespace hoodoo::hydrology {
 namespace {
@@ -99,6 +103,25 @@ void LargeDem::filled(const TakeRows& take) {
     filled_->read<float>(cell(j), z);
     take(z);
   }
+}
+
+std::vector<Sink> LargeDem::sinks() {
+  fill();
+  const auto wide = static_cast<std::size_t>(width_);
+  std::vector<float> z(wide), filled(wide);
+  SinkFinder finder(width_);
+  for (std::int32_t j = 0; j < height_; ++j) {
+    elevations_.read<float>(cell(j), z);
+    filled_->read<float>(cell(j), filled);
+    const auto row = static_cast<std::size_t>(j);
+    finder.add(z, filled, dx_[row] * dy_[row]);
+    if (finder.bytes() <= memory_) continue;
+    throw Error(Fault::limit, dem_.string(),
+                fmt::format("has so many pits that those of its first {} of {} rows need {} MiB of "
+                            "memory; {} are allowed",
+                            j + 1, height_, (finder.bytes() >> 20) + 1, memory_ >> 20));
+  }
+  return finder.finish();
 }
 
 }  // namespace hoodoo::hydrology

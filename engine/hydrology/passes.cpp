@@ -1,32 +1,15 @@
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "engine/hydrology/basins.hpp"
+#include "engine/hydrology/sets.hpp"
 
 namespace hoodoo::hydrology {
 namespace {
 
-/// Sets of basins, joined pass by pass from the lowest on.
+/// visit(pass, the lower set, the higher one), before they are joined, from the lowest pass on.
 /// Source: Kruskal 1956, On the shortest spanning subtree of a graph.
-class Sets {
- public:
-  explicit Sets(std::uint32_t basins) : parent_(basins) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  std::uint32_t of(std::uint32_t basin) {
-    while (parent_[basin] != basin) basin = parent_[basin] = parent_[parent_[basin]];
-    return basin;
-  }
-  /// By the lower number: it names the set.
-  void join(std::uint32_t low, std::uint32_t high) { parent_[high] = low; }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
-/// visit(pass, the lower set, the higher one), before they are joined.
 template <class Visit>
 void join_upward(std::vector<Pass>& passes, std::uint32_t basins, Visit visit) {
   std::ranges::sort(passes, {}, &Pass::level);

@@ -104,21 +104,29 @@ class Queue {
   Queue(const OpenSettings& settings, Scene& scene)
       : settings_(settings),
         scene_(scene),
+        terrain_(scene.ground.bodies, scene.pyramids),
         site_(scene.ground, scene.pyramids, scene.spacing, scene.extent,
               {settings.ingest.threads, settings.ingest.memory, settings.ingest.stop}) {}
 
   void add(QueuedOperation& operation) {
     if (auto* node = std::get_if<tree::Node>(&operation.shape)) {
       vary(*node, scene_.seed);
-      add(operation, std::move(*node));
+      add(operation, [&](std::uint64_t seed) {
+        tree::Node copy = *node;
+        vary(copy, seed);
+        return copy;
+      });
       return;
     }
     std::visit(
         [&]<class T>(T& tool) {
           if constexpr (Brush<T>) {
-            if constexpr (requires { tool.seed; }) tool.seed = varied(tool.seed, scene_.seed);
-            tool.turbulence.seed = varied(tool.turbulence.seed, scene_.seed);
-            add(operation, tool.build());
+            vary_brush(tool, scene_.seed);
+            add(operation, [&](std::uint64_t seed) {
+              T copy = tool;
+              vary_brush(copy, seed);
+              return copy.build();
+            });
           } else {
             grow(operation, tool);
           }
@@ -127,7 +135,15 @@ class Queue {
   }
 
  private:
-  void add(const QueuedOperation& operation, tree::Node tree) {
+  template <Brush T>
+  static void vary_brush(T& brush, std::uint64_t seed) {
+    if constexpr (requires { brush.seed; }) brush.seed = varied(brush.seed, seed);
+    brush.turbulence.seed = varied(brush.turbulence.seed, seed);
+  }
+
+  void add(const QueuedOperation& operation, const Rebuild& build) {
+    auto tree = with_copies(build, operation.copies, seed_of(operation.id, 0), terrain_,
+                            operation.where, scene_.warnings);
     scene_.ground.steps.push_back({operation.id, operation.where, operation.operation,
                                    tree::pack(std::move(tree)), operation.region,
                                    operation.material});
@@ -140,7 +156,9 @@ class Queue {
     record.id = operation.id;
     record.where = operation.where;
     record.first_step = scene_.ground.steps.size();
-    generator::Growth growth{site_, record, seed_of(operation.id, tool.seed), operation.region,
+    std::uint32_t own = 0;
+    if constexpr (requires { tool.seed; }) own = tool.seed;
+    generator::Growth growth{site_, record, seed_of(operation.id, own), operation.region,
                              operation.material};
     try {
       tool.grow(growth);
@@ -154,7 +172,10 @@ class Queue {
       record.marks.clear();
       record.edges.clear();
     }
-    for (auto& step : std::span(scene_.ground.steps).subspan(record.first_step)) spill(step.tree);
+    for (auto& step : std::span(scene_.ground.steps).subspan(record.first_step)) {
+      step.tree = tree::pack_unions(std::move(step.tree));
+      spill(step.tree);
+    }
   }
 
   /// Puts long lists of balls on the disk, from where tiles read those in their reach.
@@ -180,6 +201,7 @@ class Queue {
 
   const OpenSettings& settings_;
   Scene& scene_;
+  InputTerrain terrain_;
   generator::Site site_;
 };
 

@@ -18,7 +18,8 @@ using nlohmann::json;
 constexpr std::size_t most_operations = 1'000'000;
 constexpr std::size_t most_problems = 1000;  // later operations are not read then
 constexpr std::size_t most_mask_pixels = std::size_t{1} << 24;
-constexpr std::array<std::string_view, 3> common_keys = {"id", "region", "material"};
+constexpr std::array<std::string_view, 5> common_keys = {"id", "region", "material", "mirror",
+                                                         "variants"};
 
 /// Reads one operation after the other.
 class Reader {
@@ -34,11 +35,13 @@ class Reader {
       return std::nullopt;
     }
     const auto before = before_ = problems.size();
-    QueuedOperation made{&from, where, {}, {}, -1, {}, {}};
+    QueuedOperation made{&from, where, {}, {}, -1, {}, {}, {}};
     read_settings(from, where, made);
     if (const auto region = from.find("region"); region != from.end()) {
       made.region = read_region(*region, where + "/region", sources_, pixels_left_, findings_);
     }
+    made.copies.mirror = read_copies<MirrorSettings>(from, where, "mirror");
+    made.copies.variants = read_copies<VariantSettings>(from, where, "variants");
     if (from.contains("type")) {
       read_tool(from, where, made);
     } else {
@@ -49,6 +52,15 @@ class Reader {
   }
 
  private:
+  template <class T>
+  std::optional<T> read_copies(const json& from, const std::string& where, const char* key) {
+    const auto found = from.find(key);
+    if (found == from.end()) return std::nullopt;
+    T settings;
+    read_object(*found, fmt::format("{}/{}", where, key), settings, findings_.problems);
+    return settings;
+  }
+
   void read_settings(const json& from, const std::string& where, QueuedOperation& made) {
     auto& problems = findings_.problems;
     OperationSettings settings;
@@ -84,11 +96,25 @@ class Reader {
     if (!tool) return;
     std::visit(
         [&]<class T>(const T& one) {
-          if constexpr (Brush<T>) made.operation = one.op;
+          if constexpr (Brush<T>) {
+            made.operation = one.op;
+          } else {
+            refuse_copies(made.copies, T::type, where);
+          }
         },
         *tool);
     read_trees(where, *tool);
     made.shape = *std::move(tool);
+  }
+
+  void refuse_copies(const Copies& copies, std::string_view type, const std::string& where) {
+    for (const auto& [key, given] : {std::pair("mirror", copies.mirror.has_value()),
+                                     std::pair("variants", copies.variants.has_value())}) {
+      if (!given) continue;
+      findings_.problems.push_back(
+          {where + "/" + key,
+           fmt::format("is for brushes and trees, not for the generator \"{}\"", type)});
+    }
   }
 
   /// The trees that a generator holds, now that the scene's definitions are known.

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/scene/copies.hpp"
 #include "engine/scene/files.hpp"
 #include "engine/scene/settings.hpp"
 #include "engine/scene/tools.hpp"
@@ -52,6 +53,7 @@ struct QueuedOperation {
   int material = -1;
   tree::Operation operation = tree::Operation::unite;
   std::variant<tree::Node, AnyTool> shape;
+  Copies copies{};
 };
 
 /// tree::parse_node with its problems among `findings`; a broken limit is one.

@@ -78,9 +78,10 @@ constexpr const char* tool_heading = R"(# Brushes and generators
 
 What an operation with a "type" may be, written by `hoodoo schema tools`. A brush builds one tree. A generator looks at
 the scene as the operations before it left it - its surface, its geology, the input elevations - and queues trees of its
-own, which the next operation sees. Each may have an `id`, a `region` and a `material`; `hoodoo generate` lists what
-generators make. e is the effect of an erosion, rho the resistance of the rock, both in [0, 1]. Lengths are in metres,
-angles in degrees.
+own, which the next operation sees. Each may have an `id`, a `region` and a `material`; a brush, and an operation with a
+"tree", a `mirror` and `variants`, too, which stand at the end of this page. `hoodoo generate` lists what generators
+make. e is the effect of an erosion, rho the resistance of the rock, both in [0, 1]. Lengths are in metres, angles in
+degrees.
 )";
 
 /// The types under "<kind>." in the scene's schema.
@@ -93,9 +94,20 @@ std::string tool_sections(const json& definitions, const std::string& kind) {
     if (tool.contains("$comment")) text += " " + tool["$comment"].get<std::string>();
     text += "\n\n| field | unit | range | default | |\n|---|---|---|---|---|\n";
     auto own = tool;
-    for (const auto* common : {"id", "region", "material"}) own["properties"].erase(common);
+    for (const auto* common : {"id", "region", "material", "mirror", "variants"}) {
+      own["properties"].erase(common);
+    }
     add_rows(own, "", text);
   }
+  return text;
+}
+
+/// What an operation may carry under `key`.
+std::string copies_section(const json& definitions, const std::string& key) {
+  auto text = fmt::format("\n## {}\n\nOf a brush or a tree. {}\n\n", key,
+                          definitions[key].value("description", ""));
+  text += "| field | unit | range | default | |\n|---|---|---|---|---|\n";
+  add_rows(definitions[key], "", text);
   return text;
 }
 
@@ -128,7 +140,8 @@ std::vector<NodeName> node_names() {
 std::string tool_reference() {
   const auto definitions = schema()["$defs"];
   return tool_heading + tool_sections(definitions, "generator") +
-         tool_sections(definitions, "brush");
+         tool_sections(definitions, "brush") + copies_section(definitions, "mirror") +
+         copies_section(definitions, "variants");
 }
 
 std::string node_reference() {

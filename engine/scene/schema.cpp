@@ -26,12 +26,27 @@ json common_properties() {
   return properties;
 }
 
+/// "mirror" and "variants", which brushes and trees may carry, too.
+json shape_properties() {
+  auto properties = common_properties();
+  properties["mirror"] = reference("mirror");
+  properties["variants"] = reference("variants");
+  return properties;
+}
+
+template <class T>
+json described() {
+  auto object = object_schema<T>();
+  object["description"] = std::string(T::doc);
+  return object;
+}
+
 /// {"op": ..., "tree": ...}.
 json tree_operation() {
   auto operation = object_schema<TreeOperation>();
   operation["description"] = "Joins a tree of nodes with what is there.";
   operation["properties"]["tree"] = reference("terrain_node");
-  operation["properties"].update(common_properties());
+  operation["properties"].update(shape_properties());
   operation["required"].push_back("tree");
   return operation;
 }
@@ -58,7 +73,9 @@ json schema() {
   auto regions = Types<AnyRegion>::schema("region", definitions);
   regions["description"] = "Where an operation acts; by default everywhere.";
   definitions["region"] = std::move(regions);
-  definitions["brush"] = Types<AnyBrush>::schema("brush", definitions, common_properties());
+  definitions["mirror"] = described<MirrorSettings>();
+  definitions["variants"] = described<VariantSettings>();
+  definitions["brush"] = Types<AnyBrush>::schema("brush", definitions, shape_properties());
   definitions["generator"] =
       Types<AnyGenerator>::schema("generator", definitions, common_properties());
   definitions["operation.tree"] = tree_operation();

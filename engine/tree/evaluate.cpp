@@ -37,10 +37,16 @@ Compiled compile_one(const N& node, const std::vector<Node>& children, const Blo
   if constexpr (Primitive<N>) {
     return compile_primitive(node, block);
   } else if constexpr (Combiner<N>) {
-    if (children.empty()) return {};
     std::vector<Compiled> compiled;
     compiled.reserve(children.size());
+    if constexpr (requires { node.packed; }) {
+      for (std::size_t i = 0; i < node.packed.size(); ++i) {
+        const bool near = node.packed.reaches(i, block.box);
+        compiled.push_back(near ? compile(node.packed.tree(i), block) : Compiled());
+      }
+    }
     for (const Node& child : children) compiled.push_back(compile(child, block));
+    if (compiled.empty()) return {};
     return compile_combiner(node, std::move(compiled));
   } else if constexpr (Transform<N>) {
     return compile_transform(node, compile(children[0], inner_block(node, block)));

@@ -49,7 +49,8 @@ T apply(Operation operation, const T& f, const T& tree) {
                    : operation == Operation::carve      ? f - tree
                    : operation == Operation::unite      ? larger(f, tree)
                    : operation == Operation::difference ? smaller(f, constant<T>(1) - tree)
-                                                        : smaller(f, tree);
+                   : operation == Operation::intersect  ? smaller(f, tree)
+                                                        : tree;
   return held(result);
 }
 
@@ -151,7 +152,7 @@ class BlockField final : public Field {
     std::vector<std::string> lines;
     for (const BodyField& body : bodies_)
       lines.push_back(fmt::format("terrain {}", body.body().id));
-    constexpr std::array names{"blend", "carve", "union", "difference", "intersect"};
+    constexpr std::array names{"blend", "carve", "union", "difference", "intersect", "replace"};
     for (const CompiledStep& s : steps_) {
       const std::string& name = s.step->id.empty() ? s.step->where : s.step->id;
       lines.push_back(
@@ -218,8 +219,7 @@ class BlockField final : public Field {
       if (w.low >= 1) region = nullptr;
     }
     CompiledStep compiled{&step, compile(step.tree, block), region};
-    // A tree that is 0 changes nothing, but for an intersection.
-    if (!compiled.tree.kernel && step.operation != Operation::intersect) return;
+    if (!compiled.tree.kernel && !acts_by_zero(step.operation)) return;
     const Interval after =
         clamp(outward(apply(step.operation, bounds_, compiled.tree.bounds)), 0, 1);
     bounds_ = region != nullptr ? clamp(outward(hull(bounds_, after)), 0, 1) : after;

@@ -8,13 +8,12 @@
 namespace hoodoo::tree {
 namespace {
 
-constexpr std::array names{"blend", "carve", "union", "difference", "intersect"};
+constexpr std::array names{"blend", "carve", "union", "difference", "intersect", "replace"};
 
 /// Where the step can change F.
 Box influence(const Step& step) {
   // Outside its tree an intersection leaves nothing.
-  Box box =
-      step.operation == Operation::intersect ? Box::everywhere() : support(step.tree).influence;
+  Box box = acts_by_zero(step.operation) ? Box::everywhere() : support(step.tree).influence;
   if (step.region) box = intersection(box, step.region->influence());
   return box;
 }
@@ -61,7 +60,7 @@ Ground prune(const Ground& ground, const Box& reach, double thinnest) {
     if (step.region && !step.region->influence().overlaps(reach)) continue;
     Step kept = step;
     kept.tree = prune(step.tree, reach, thinnest);
-    if (is_nothing(kept.tree) && step.operation != Operation::intersect) continue;
+    if (is_nothing(kept.tree) && !acts_by_zero(step.operation)) continue;
     pruned.steps.push_back(std::move(kept));
   }
   // Thin layers of rock are seen on a coarse surface, too.

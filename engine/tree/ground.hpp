@@ -34,7 +34,14 @@ struct HeightBody {
   std::vector<std::array<double, 2>> domain;  // polygon [m]; empty: no prism
 };
 
-enum class Operation { blend, carve, unite, difference, intersect };
+/// `replace`: the tree in place of what is there. It is what generators make (smooth.hpp), whose
+/// tree covers the region, so that nothing is cut off at the tree's end.
+enum class Operation { blend, carve, unite, difference, intersect, replace };
+
+/// Whether a tree that is 0 changes something.
+constexpr bool acts_by_zero(Operation operation) {
+  return operation == Operation::intersect || operation == Operation::replace;
+}
 
 /// Where an operation acts: its result is mixed in with a weight that falls from 1 to 0 across
 /// `feather` metres centred on the region's edge.

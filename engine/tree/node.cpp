@@ -1,5 +1,6 @@
 #include "engine/tree/node.hpp"
 
+#include <cassert>
 #include <cmath>
 #include <tuple>
 #include <type_traits>
@@ -29,6 +30,11 @@ void change_point(N& node, const Groups<N, G>& field, const std::function<void(P
     std::apply([&](const auto&... f) { (change_point(one, f, change), ...); }, G::fields());
   }
 }
+
+template <class N>
+concept MayBePacked = requires(const N node) {
+  node.packed;
+};
 
 /// A point that no block inside `reach` is farther from than it is wide.
 Vec3 corner_of(const Box& reach) {
@@ -63,15 +69,22 @@ struct Pruner {
     Node pruned{node, {}};
     bool any = false, zero = false;
     if constexpr (requires { node.of_zero(); }) any = node.of_zero() != 0;
-    for (std::size_t i = 0; i < children.size(); ++i) {
-      Node child = prune(children[i], reach, thinnest);
+    const auto add = [&](std::size_t i, Node child) {
       const bool empty = is_nothing(child);
       any = any || !empty;
       // As combine_kernel.hpp: a child that is 0 changes nothing in a sum, nor after another.
-      if (empty && i > 0 && (zero || N::adds)) continue;
+      if (empty && i > 0 && (zero || N::adds)) return;
       zero = zero || empty;
       pruned.children.push_back(std::move(child));
+    };
+    if constexpr (MayBePacked<N>) {
+      pruned.value = N();
+      for (std::size_t i = 0; i < node.packed.size(); ++i) {
+        const bool near = node.packed.reaches(i, reach);
+        add(i, near ? prune(node.packed.tree(i), reach, thinnest) : nothing());
+      }
     }
+    for (std::size_t i = 0; i < children.size(); ++i) add(i, prune(children[i], reach, thinnest));
     return any ? pruned : nothing();
   }
   template <Transform N>
@@ -122,6 +135,7 @@ void for_each_point(Node& tree, const std::function<void(Point&)>& change) {
   std::visit(
       [&](auto& node) {
         using N = std::remove_reference_t<decltype(node)>;
+        if constexpr (MayBePacked<N>) assert(node.packed.empty());
         std::apply([&](const auto&... f) { (change_point(node, f, change), ...); }, N::fields());
       },
       tree.value);
@@ -166,6 +180,9 @@ Support support(const Node& tree) {
           const Support child = distance_support(tree.children[0]);
           return node.support({&child, 1});
         } else {
+          if constexpr (MayBePacked<N>) {
+            if (!node.packed.empty()) return node.packed.support();
+          }
           return node.support(supports(tree.children));
         }
       },
@@ -176,10 +193,18 @@ Node prune(const Node& tree, const Box& reach, double thinnest) {
   return std::visit(Pruner{tree.children, reach, thinnest}, tree.value);
 }
 
+void for_each_child(const Node& tree, const std::function<void(const Node&)>& visit) {
+  if (const auto* all = std::get_if<Union>(&tree.value)) {
+    for (std::size_t i = 0; i < all->packed.size(); ++i) visit(all->packed.tree(i));
+  }
+  for (const Node& child : tree.children) visit(child);
+}
+
 std::size_t count(const Node& tree) {
   std::size_t n = 1 + std::visit(
                           [](const auto& node) -> std::size_t {
                             if constexpr (requires { node.balls.size(); }) return node.balls.size();
+                            if constexpr (requires { node.packed; }) return node.packed.count();
                             return 0;
                           },
                           tree.value);
@@ -195,6 +220,9 @@ std::size_t memory(const Node& tree) {
                                              if (!node.balls.in_file()) {
                                                return bytes_per_ball * node.balls.size();
                                              }
+                                           }
+                                           if constexpr (requires { node.packed; }) {
+                                             return node.packed.memory();
                                            }
                                            return 0;
                                          },

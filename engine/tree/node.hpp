@@ -32,6 +32,9 @@ Support support(const Node& tree);
 /// same bits, but for what was too thin.
 Node prune(const Node& tree, const Box& reach, double thinnest);
 
+/// Calls `visit` for each of its children in their order, also where it holds them packed.
+void for_each_child(const Node& tree, const std::function<void(const Node&)>& visit);
+
 /// How many nodes the tree has; a list of balls counts as so many nodes more.
 std::size_t count(const Node& tree);
 /// Bytes it takes, voxels and balls in files apart.

@@ -7,6 +7,7 @@ namespace hoodoo::tree {
 namespace {
 
 constexpr std::size_t fewest = 8;  // fewer are not worth an index of their own
+constexpr std::size_t fewest_packed = 64;
 
 /// One child among others of its kind, as the ball it is.
 template <class N>
@@ -77,15 +78,31 @@ std::vector<Node> packed_terms(std::vector<Node> children) {
   return packed;
 }
 
+void pack_union(Node& tree) {
+  auto* all = std::get_if<Union>(&tree.value);
+  if (all == nullptr || tree.children.size() < fewest_packed) return;
+  if (auto packed = PackedTrees::of(tree.children)) {
+    all->packed = *std::move(packed);
+    tree.children = {};
+  }
+}
+
 }  // namespace
 
 Node pack(Node tree) {
   for (Node& child : tree.children) child = pack(std::move(child));
+  pack_union(tree);
   if (!std::holds_alternative<Blend>(tree.value)) return tree;
   const std::size_t before = tree.children.size();
   tree.children = packed_terms(std::move(tree.children));
   const bool sum_alone = tree.children.size() == 1 && before > 1;
   if (sum_alone && std::get<Blend>(tree.value).energy == 1) return std::move(tree.children[0]);
+  return tree;
+}
+
+Node pack_unions(Node tree) {
+  for (Node& child : tree.children) child = pack_unions(std::move(child));
+  pack_union(tree);
   return tree;
 }
 

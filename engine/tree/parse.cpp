@@ -241,8 +241,11 @@ json to_json(const Node& tree) {
         for (const Slot& slot : std::span<const Slot>(N::slots)) {
           if (slot.list) {
             json list = json::array();
-            for (; next < tree.children.size(); ++next)
-              list.push_back(to_json(tree.children[next]));
+            std::size_t i = 0;
+            for_each_child(tree, [&](const Node& child) {
+              if (i++ >= next) list.push_back(to_json(child));
+            });
+            next = i;
             object[std::string(slot.key)] = std::move(list);
           } else if (next < tree.children.size()) {
             object[std::string(slot.key)] = to_json(tree.children[next++]);

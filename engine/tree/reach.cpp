@@ -46,6 +46,12 @@ Reach reach_over(const Node& tree, const Box& column) {
           return of_balls(node, column);
         } else if constexpr (std::is_same_v<N, Blend> || std::is_same_v<N, Union>) {
           Reach reach;
+          if constexpr (std::is_same_v<N, Union>) {
+            for (std::size_t i = 0; i < node.packed.size(); ++i) {
+              if (!node.packed.reaches(i, column)) continue;
+              join(reach, reach_over(node.packed.tree(i), column).z);
+            }
+          }
           for (const Node& child : tree.children) join(reach, reach_over(child, column).z);
           return reach;
         } else {

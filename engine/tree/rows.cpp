@@ -63,6 +63,8 @@ void ApplyRows(Operation operation, std::size_t nx, float* f, const float* tree)
       });
     case Operation::intersect:
       return JoinRows(nx, f, tree, [](Floats a, Floats b) HWY_ATTR { return Held(Smaller(a, b)); });
+    case Operation::replace:
+      return JoinRows(nx, f, tree, [](Floats, Floats b) HWY_ATTR { return Held(b); });
   }
 }
 

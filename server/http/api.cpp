@@ -1,14 +1,17 @@
 #include "server/http/api.hpp"
 
 #include <fmt/core.h>
+#include <sys/random.h>
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
 #include <utility>
 
 #include "engine/base/hash.hpp"
 #include "server/http/documents.hpp"
 #include "server/http/files.hpp"
+#include "server/http/log.hpp"
 #include "server/http/openapi.hpp"
 #include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
@@ -58,6 +61,30 @@ bool is_open_to_pages(std::string_view path) {
   return path.starts_with("/jobs/") || path.starts_with("/tilesets/");
 }
 
+/// The client's own name of its request, where it is a plain one; else 64 random bits.
+std::string request_id(std::string_view given) {
+  if (is_plain_name(given) && given.size() <= 64) return std::string(given);
+  std::uint64_t bits = 0;
+  if (::getrandom(&bits, sizeof bits, 0) != sizeof bits) bits = 0;
+  return fmt::format("{:016x}", bits);
+}
+
+bool is_usual(std::string_view method) {
+  return method == "GET" || method == "HEAD" || method == "POST" || method == "PUT" ||
+         method == "DELETE" || method == "OPTIONS";
+}
+
+/// The id of the job that a request is about, or that it made.
+std::string job_of(const Request& request, const Response& response) {
+  constexpr std::string_view jobs = "/jobs/";
+  std::string_view path = request.path;
+  if (!path.starts_with(jobs)) path = response.header("Location");
+  const auto at = path.find(jobs);
+  if (at == path.npos) return {};
+  path.remove_prefix(at + jobs.size());
+  return std::string(path.substr(0, path.find('/')));
+}
+
 /// A document that has not changed need not be sent again: RFC 9110, 13.1.2.
 void tag(const Request& request, Response& response) {
   const bool reading = request.method == "GET" || request.method == "HEAD";
@@ -85,54 +112,88 @@ Response document(const json& value, int status) {
 Api::Api(job::Queue& queue, ApiSettings settings) : queue_(queue), settings_(std::move(settings)) {}
 
 const std::vector<Api::Route>& Api::routes() {
-  static const std::vector<Route> all{{"GET", "", &Api::landing},
-                                      {"GET", "conformance", &Api::conforms},
-                                      {"GET", "api", &Api::api_document},
-                                      {"GET", "processes", &Api::processes},
-                                      {"GET", "processes/*", &Api::process},
-                                      {"POST", "processes/*/execution", &Api::execute},
-                                      {"GET", "jobs", &Api::jobs},
-                                      {"GET", "jobs/*", &Api::status},
-                                      {"DELETE", "jobs/*", &Api::dismiss},
-                                      {"GET", "jobs/*/results", &Api::job_results},
-                                      {"GET", "jobs/*/results/*", &Api::one_result},
-                                      {"GET", "jobs/*/events", &Api::events},
-                                      {"GET", "jobs/*/files/*", &Api::result_file},
-                                      {"GET", "jobs/*/tiles/**", &Api::tile},
-                                      {"GET", "tilesets", &Api::tilesets},
-                                      {"GET", "tilesets/*/**", &Api::tileset_file},
-                                      {"GET", "viewer", &Api::viewer_folder},
-                                      {"GET", "viewer/**", &Api::viewer},
-                                      {"GET", "healthz", &Api::health}};
+  static const std::vector<Route> all{
+      {"GET", "", &Api::landing},
+      {"GET", "conformance", &Api::conforms},
+      {"GET", "api", &Api::api_document},
+      {"GET", "processes", &Api::processes},
+      {"GET", "processes/*", &Api::process},
+      {"POST", "processes/*/execution", &Api::execute, Scope::submit},
+      {"GET", "jobs", &Api::jobs, Scope::read},
+      {"GET", "jobs/*", &Api::status},
+      {"DELETE", "jobs/*", &Api::dismiss, Scope::submit},
+      {"GET", "jobs/*/results", &Api::job_results},
+      {"GET", "jobs/*/results/*", &Api::one_result},
+      {"GET", "jobs/*/events", &Api::events},
+      {"GET", "jobs/*/files/*", &Api::result_file},
+      {"GET", "jobs/*/tiles/**", &Api::tile},
+      {"GET", "tilesets", &Api::tilesets, Scope::read},
+      {"GET", "tilesets/*/**", &Api::tileset_file},
+      {"GET", "viewer", &Api::viewer_folder},
+      {"GET", "viewer/**", &Api::viewer},
+      {"GET", "healthz", &Api::health},
+      {"GET", "readyz", &Api::ready},
+      {"GET", "metrics", &Api::metrics, Scope::admin}};
   return all;
 }
 
-Response Api::answer(const Request& request) {
+Response Api::answer(Request request) {
+  const auto from = std::chrono::steady_clock::now();
+  const auto id = request_id(request.header("x-request-id"));
+  std::string_view pattern = "none";
   Response response;
   try {
-    response = route(request);
+    response = route(request, pattern);
   } catch (const Error& error) {
-    response = of_error(error);
+    response = of_error(error, id);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "hoodoo: internal error: {}\n", error.what());
+    log_fault(std::string("internal error: ") + error.what(), id);
     response = problem(500, "internal error");
   }
+  request.body.clear();
+  const auto end = [this, request = std::move(request), id, pattern, from](Response& ready) {
+    finish(request, ready);
+    ready.headers.emplace_back("X-Request-Id", id);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - from;
+    metrics_.count(pattern, is_usual(request.method) ? request.method : "other", ready.status,
+                   took.count());
+    log_request({id, request.method, request.path, job_of(request, ready), request.owner,
+                 ready.status, 1e3 * took.count()});
+  };
   if (response.later) {
-    response.later = [this, request, later = std::move(response.later)] {
+    response.later = [end, later = std::move(response.later)] {
       auto ready = later();
-      if (ready) finish(request, *ready);
+      if (ready) end(*ready);
       return ready;
     };
     return response;
   }
-  finish(request, response);
+  end(response);
   return response;
 }
 
-Response Api::of_error(const Error& error) const {
+Response Api::of_error(const Error& error, const std::string& request_id) const {
   const auto seen = shown(error.fault, error.problems, settings_.hidden);
-  if (status_of(error.fault) >= 500) fmt::print(stderr, "hoodoo: {}\n", error.what());
+  if (status_of(error.fault) >= 500) log_fault(error.what(), request_id);
   return problem(status_of(error.fault), "The request could not be carried out.", seen);
+}
+
+/// The answer to a request without a key that this route needs. Notes whose key it has.
+std::optional<Response> Api::refusal(const Route& route, Request& request) const {
+  if (settings_.keys.empty()) return std::nullopt;
+  const auto* key = settings_.keys.find(request.header("authorization"));
+  request.owner = key != nullptr ? key->name : "";
+  request.all_owners = key != nullptr && key->may(Scope::admin);
+  if (!route.needs || (key != nullptr && key->may(*route.needs))) return std::nullopt;
+  auto response = key == nullptr ? problem(401, "This needs a key: Authorization: Bearer KEY.")
+                                 : problem(403, "The key does not have the scope for this.");
+  response.headers.emplace_back(
+      "WWW-Authenticate",
+      key == nullptr ? std::string("Bearer realm=\"hoodoo\"")
+                     : fmt::format("Bearer realm=\"hoodoo\", error=\"insufficient_scope\", "
+                                   "scope=\"{}\"",
+                                   name_of(*route.needs)));
+  return response;
 }
 
 /// What every answer has.
@@ -146,7 +207,7 @@ void Api::finish(const Request& request, Response& response) const {
   }
 }
 
-Response Api::route(const Request& request) {
+Response Api::route(Request& request, std::string_view& pattern) {
   const auto& hosts = settings_.hosts;
   if (!hosts.empty() && std::ranges::find(hosts, request.header("host")) == hosts.end()) {
     return problem(421, "This server does not answer for that host; see --public-url.");
@@ -161,7 +222,11 @@ Response Api::route(const Request& request) {
   for (const auto& candidate : routes()) {
     const auto parameters = match(candidate.pattern, path);
     if (!parameters) continue;
-    if (candidate.method == method) return (this->*candidate.handler)(request, *parameters);
+    pattern = candidate.pattern;
+    if (candidate.method == method) {
+      if (auto refused = refusal(candidate, request)) return std::move(*refused);
+      return (this->*candidate.handler)(request, *parameters);
+    }
     allowed += std::string(allowed.empty() ? "" : ", ") + std::string(candidate.method);
     if (candidate.method == "GET") allowed += ", HEAD";
   }
@@ -189,6 +254,22 @@ Response Api::landing(const Request&, const Parameters&) {
 }
 Response Api::conforms(const Request&, const Parameters&) { return document(conformance()); }
 Response Api::health(const Request&, const Parameters&) { return document({{"status", "ok"}}); }
+
+/// Where a balancer asks whether to send requests here.
+Response Api::ready(const Request&, const Parameters&) {
+  if (is_draining()) return document({{"status", "draining"}}, 503);
+  queue_.count(job::Status::accepted);  // the jobs can be read
+  return document({{"status", "ready"}});
+}
+
+Response Api::metrics(const Request&, const Parameters&) {
+  Response response;
+  response.type = "text/plain; version=0.0.4; charset=utf-8";
+  response.headers = {{"Cache-Control", "no-store"}};
+  response.body = metrics_.text(queue_);
+  return response;
+}
+
 Response Api::processes(const Request&, const Parameters&) {
   return document(process_list(settings_.base));
 }

@@ -2,12 +2,15 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "server/http/execution.hpp"
+#include "server/http/keys.hpp"
 #include "server/http/message.hpp"
+#include "server/http/metrics.hpp"
 #include "server/http/tilesets.hpp"
 #include "server/job/queue.hpp"
 
@@ -32,11 +35,13 @@ struct ApiSettings {
   std::vector<std::filesystem::path> roots;  // where inputs by reference lie
   Tilesets tilesets;                         // finished ones
   std::function<nlohmann::json()> scene_schema;
+  Keys keys;                       // empty: everybody may do everything
+  std::function<bool()> draining;  // true: takes no jobs any more; empty: never
 };
 
 /// Answers every request; never throws. May be called from many threads.
 ///
-///   GET    /  /conformance  /api  /healthz
+///   GET    /  /conformance  /api  /healthz  /readyz  /metrics
 ///   GET    /processes  /processes/ID                  POST  /processes/ID/execution
 ///   GET    /jobs  /jobs/ID  /jobs/ID/results  /jobs/ID/results/OUTPUT  /jobs/ID/files/NAME
 ///   GET    /jobs/ID/events                            DELETE  /jobs/ID
@@ -45,10 +50,13 @@ struct ApiSettings {
 /// A request that is no execution in form is 400; a scene with problems is 422 with all of them,
 /// the pointers into the scene. Documents and tiles of a job, and finished tilesets, may be read by
 /// pages of other origins; lists, posting and deleting may not. Documents have an ETag.
+///
+/// With keys, lists take one with the scope read, posting and deleting submit, /metrics admin (401,
+/// 403); a job's own documents and tiles are open to whoever knows its id, which cannot be guessed.
 class Api {
  public:
   Api(job::Queue& queue, ApiSettings settings);
-  Response answer(const Request& request);
+  Response answer(Request request);
 
  private:
   using Parameters = std::vector<std::string_view>;
@@ -57,10 +65,12 @@ class Api {
   struct Route {
     std::string_view method, pattern;
     Handler handler;
+    std::optional<Scope> needs = std::nullopt;  // of a key, where there are keys
   };
   static const std::vector<Route>& routes();
-  Response route(const Request& request);
-  Response of_error(const Error& error) const;
+  Response route(Request& request, std::string_view& pattern);
+  std::optional<Response> refusal(const Route& route, Request& request) const;
+  Response of_error(const Error& error, const std::string& request_id) const;
   void finish(const Request& request, Response& response) const;
 
   Response landing(const Request&, const Parameters&);
@@ -82,6 +92,9 @@ class Api {
   Response viewer(const Request&, const Parameters&);
   Response viewer_folder(const Request&, const Parameters&);
   Response health(const Request&, const Parameters&);
+  Response ready(const Request&, const Parameters&);
+  Response metrics(const Request&, const Parameters&);
+  bool is_draining() const { return settings_.draining && settings_.draining(); }
 
   Response submit(const job::Request& wanted);
   Response answer_to(const job::Submitted& submitted) const;
@@ -94,6 +107,7 @@ class Api {
 
   job::Queue& queue_;
   const ApiSettings settings_;
+  Metrics metrics_;
 };
 
 }  // namespace hoodoo::http

@@ -35,6 +35,11 @@ References Api::references() const {
 Response Api::execute(const Request& request, const Parameters& parameters) {
   const auto control = control_of(parameters[0]);
   if (!control) return process(request, parameters);
+  if (is_draining()) {
+    auto refusal = problem(503, "The server is about to stop.");
+    refusal.headers.emplace_back("Retry-After", "5");
+    return refusal;
+  }
   // A page of another origin can send this type only after a preflight, which is refused.
   if (!request.header("content-type").starts_with("application/json")) {
     return problem(415, "Send the execution as application/json.");
@@ -48,7 +53,8 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
                    shown(error.fault, error.problems, settings_.hidden));
   }
   const bool async = control->async && (!control->sync || preferences_of(request).respond_async);
-  const auto& wanted = execution.request;
+  auto& wanted = execution.request;
+  wanted.owner = request.owner;
   if (async) return submit(wanted);
   if (wanted.process == validate_process) return validate(wanted, execution.raw);
   const std::chrono::duration<double> pause(wanted.inputs["pause"].get<double>());

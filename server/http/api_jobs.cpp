@@ -48,6 +48,7 @@ Response Api::jobs(const Request& request, const Parameters&) {
   } catch (const Error& error) {
     return problem(400, "The parameters are wrong.", error.problems);
   }
+  if (!request.all_owners) filter.owner = request.owner;
   const auto limit = filter.limit++;  // one more tells whether there is a next page
   auto found = queue_.list(filter);
   const bool more = found.size() > limit;
@@ -125,7 +126,11 @@ Response Api::events(const Request& request, const Parameters& parameters) {
   return response;
 }
 
-Response Api::dismiss(const Request&, const Parameters& parameters) {
+Response Api::dismiss(const Request& request, const Parameters& parameters) {
+  const auto known = queue_.find(parameters[0]);
+  if (known && !request.all_owners && known->owner != request.owner) {
+    return problem(403, "The job belongs to another key.");
+  }
   auto job = queue_.dismiss(parameters[0]);
   if (!job) return no_job();
   job->status = job::Status::dismissed;

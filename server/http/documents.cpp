@@ -157,10 +157,13 @@ json status_info(const job::Job& job, const std::vector<Problem>& problems,
             {"bytes", progress.bytes},
             {"links", json::array({link(self, "self", "This job")})}};
   if (job.process == job::bake_process) {
-    info["links"].insert(
-        info["links"].end(),
-        {link(self + "/tiles/tileset.json", "preview", "The tileset as far as it is"),
-         link(base + "/viewer/?job=" + job.id, "alternate", "The job in the viewer", "text/html")});
+    info["links"].push_back(
+        link(base + "/viewer/?job=" + job.id, "alternate", "The job in the viewer", "text/html"));
+    // Indexed with the first tile.
+    if (progress.done > 0) {
+      info["links"].push_back(
+          link(self + "/tiles/tileset.json", "preview", "The tileset as far as it is"));
+    }
   }
   if (job.started) info["started"] = text(*job.started);
   if (job.finished) info["finished"] = text(*job.finished);

@@ -3,12 +3,16 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <condition_variable>
+#include <mutex>
 #include <string_view>
 #include <system_error>
+#include <thread>
 
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
 #include "server/http/listener.hpp"
+#include "server/http/log.hpp"
 #include "server/job/commands.hpp"
 
 namespace hoodoo::http {
@@ -56,6 +60,13 @@ void check(const Settings& settings) {
   if (settings.public_url.empty() && is_wildcard(settings.host)) {
     throw Error(Fault::bad_input, "--public-url",
                 "is needed when listening on all addresses: answers hold absolute links");
+  }
+  if (settings.keys.empty() && !is_loopback(settings.host)) {
+    throw Error(
+        Fault::bad_input, "--keys",
+        "is needed where others can reach the server; without it only a loopback address is "
+        "served, got " +
+            settings.host);
   }
   if (!settings.public_url.empty() && authority_of(settings.public_url).empty()) {
     throw Error(Fault::bad_input, "--public-url",
@@ -112,6 +123,22 @@ job::Commands commands_of(const Settings& settings) {
   return commands;
 }
 
+/// Requests the stop of `drained` so long after that of the settings; gives up when `over`.
+void wait_to_drain(const Settings& settings, const std::stop_token& over,
+                   std::stop_source& drained) {
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any changed;
+  const std::stop_callback wake(settings.stop, [&changed] { changed.notify_all(); });
+  const auto asked = [&settings] { return settings.stop.stop_requested(); };
+  // A call to stop between the look and the wait is seen by the next look.
+  while (!over.stop_requested() && !asked()) {
+    changed.wait_for(lock, over, std::chrono::milliseconds(100), asked);
+  }
+  changed.wait_for(lock, over, settings.drain, [] { return false; });
+  drained.request_stop();
+}
+
 }  // namespace
 
 void serve(const Settings& given) {
@@ -136,9 +163,15 @@ void serve(const Settings& given) {
   api_settings.roots = commands.roots;
   api_settings.tilesets = tilesets;
   api_settings.scene_schema = scene::schema;
+  if (!settings.keys.empty()) api_settings.keys = Keys::read(settings.keys);
+  api_settings.draining = [stop = settings.stop] { return stop.stop_requested(); };
+  set_log_format(settings.json_log ? LogFormat::json : LogFormat::text);
   if (settings.listening) settings.listening(listener.port());
   Api api(queue, std::move(api_settings));
-  listener.run([&api](const Request& request) { return api.answer(request); }, settings.stop);
+  std::stop_source drained;
+  std::jthread drain([&](const std::stop_token& over) { wait_to_drain(settings, over, drained); });
+  listener.run([&api](Request request) { return api.answer(std::move(request)); },
+               drained.get_token());
 }
 
 }  // namespace hoodoo::http

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -26,7 +27,12 @@ struct Settings {
   std::filesystem::path program;                 // hoodoo, which carries jobs out
   /// How clients reach the server, "https://terrain.example.org"; empty: the address it listens on.
   std::string public_url;
-  std::filesystem::path viewer;             // the viewer's files; empty: beside the command
+  std::filesystem::path viewer;  // the viewer's files; empty: beside the command
+  /// Who may use it, as Keys reads them; empty: everybody on this machine.
+  std::filesystem::path keys;
+  bool json_log = false;
+  /// After `stop`, how long requests are still answered while /readyz says that no more are wanted.
+  std::chrono::seconds drain{0};
   std::function<void(int port)> listening;  // called once, when requests are answered
   std::stop_token stop;
 };
@@ -36,8 +42,9 @@ struct Settings {
 ///
 /// On a loopback address only requests for a loopback host or the public one are answered, so
 /// that no page can reach the server through a name of its own.
-/// Errors: bad_input (public_url; it is needed when listening on all addresses), not_found
-/// (a root, a tileset), io (the address or the data are in use).
+/// Errors: bad_input (public_url; it is needed when listening on all addresses; no keys on an
+/// address that others can reach), not_found (a root, a tileset), io (the address or the data are
+/// in use).
 void serve(const Settings& settings);
 
 }  // namespace hoodoo::http

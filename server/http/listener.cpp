@@ -18,12 +18,16 @@
 
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
+#include "server/http/connections.hpp"
 #include "server/http/problem.hpp"
 
 namespace hoodoo::http {
 namespace {
 
 using namespace std::chrono_literals;
+
+constexpr auto between_looks = 250ms;  // for more of a stream
+constexpr std::size_t most_connections = 4096;
 
 Request read_head(const httplib::Request& from) {
   Request request;
@@ -67,7 +71,7 @@ void write(Response&& from, httplib::Response& to) {
                                       if (!piece) {
                                         sink.done();
                                       } else if (piece->empty()) {
-                                        std::this_thread::sleep_for(50ms);
+                                        std::this_thread::sleep_for(between_looks);
                                       } else {
                                         return sink.write(piece->data(), piece->size());
                                       }
@@ -103,6 +107,16 @@ httplib::Server::HandlerResponse explain(const httplib::Request&, httplib::Respo
   return Handled;
 }
 
+/// What the library hands connections to.
+class Connections : public httplib::TaskQueue {
+ public:
+  bool enqueue(std::function<void()> serve) override { return threads_.run(std::move(serve)); }
+  void shutdown() override { threads_.finish(); }
+
+ private:
+  ConnectionThreads threads_{most_connections};
+};
+
 /// A server must date its answers (RFC 9110, 6.6.1), and these two have no content to measure.
 void finish(const httplib::Request&, httplib::Response& response) {
   if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
@@ -115,7 +129,7 @@ void finish(const httplib::Request&, httplib::Response& response) {
 struct Listener::Server : httplib::Server {
   using HandlerResponse = httplib::Server::HandlerResponse;
 
-  void answer(const std::function<Response(const Request&)>& handler);
+  void answer(const std::function<Response(Request)>& handler);
   void configure();
 };
 
@@ -129,7 +143,7 @@ void Listener::Server::configure() {
   set_write_timeout(20s);
   set_keep_alive_timeout(5);
   set_keep_alive_max_count(10'000);
-  new_task_queue = [] { return new httplib::ThreadPool(16, 128, 1024); };
+  new_task_queue = [] { return new Connections; };
   set_error_handler(explain);
   set_post_routing_handler(finish);
   set_exception_handler(
@@ -142,7 +156,7 @@ void Listener::Server::configure() {
   });
 }
 
-void Listener::Server::answer(const std::function<Response(const Request&)>& handler) {
+void Listener::Server::answer(const std::function<Response(Request)>& handler) {
   // Called first for every request. One that may have a body goes on to the routes below.
   set_pre_routing_handler([&handler](const httplib::Request& from, httplib::Response& to) {
     const bool has_body = from.has_header("Content-Length") || from.has_header("Transfer-Encoding");
@@ -173,7 +187,7 @@ void Listener::Server::answer(const std::function<Response(const Request&)>& han
       return request.body.size() <= most_body;
     });
     if (whole) {
-      write(handler(request), to);
+      write(handler(std::move(request)), to);
     } else if (to.status < 400) {
       to.status = 400;
     }
@@ -192,8 +206,7 @@ Listener::Listener(const std::string& host, int port) : server_(std::make_unique
 
 Listener::~Listener() = default;
 
-void Listener::run(const std::function<Response(const Request&)>& handler,
-                   const std::stop_token& stop) {
+void Listener::run(const std::function<Response(Request)>& handler, const std::stop_token& stop) {
   server_->answer(handler);
   std::atomic<bool> ended = false;
   std::jthread stopper([&](const std::stop_token& asked) {

@@ -24,7 +24,7 @@ class Listener {
 
   /// Calls `handler` from many threads until `stop`, then ends what was begun and returns.
   /// Errors: io.
-  void run(const std::function<Response(const Request&)>& handler, const std::stop_token& stop);
+  void run(const std::function<Response(Request)>& handler, const std::stop_token& stop);
 
  private:
   struct Server;

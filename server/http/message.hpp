@@ -18,7 +18,8 @@ struct Request {
   std::string query;                                        // as sent, without the question mark
   std::map<std::string, std::string, std::less<>> headers;  // lower-case names
   std::string body;
-  std::string owner;  // whose key it came with; empty: nobody's
+  std::string owner;       // whose key it came with; empty: nobody's
+  bool all_owners = true;  // may see and end everybody's jobs
 
   /// Empty when absent.
   std::string_view header(std::string_view lower_case_name) const {

@@ -167,6 +167,9 @@ json job_list() {
        parameter("before", "query", "From a link to the next page", {{"type", "integer"}})});
 }
 
+/// That an operation takes a key, where the service has any.
+json key_or_none() { return json::array({json::object(), json{{"bearer", json::array()}}}); }
+
 json one_job(const json& id) {
   auto job =
       get("getStatus", "How far a job is", "statusInfo",
@@ -175,6 +178,7 @@ json one_job(const json& id) {
   job["get"]["responses"]["304"] = {{"description", "It is as it was"}};
   job["delete"] = operation("dismiss", "Cancel a job, or remove one that has ended",
                             {{"200", answer("What became of it", "statusInfo")}}, {id});
+  job["delete"]["security"] = key_or_none();
   return job;
 }
 
@@ -184,6 +188,26 @@ json events(const json& id) {
   return {{"get",
            operation("getEvents", "Follow a job", {{"200", stream}},
                      {id, parameter("Last-Event-ID", "header", "The event that is known", text)})}};
+}
+
+json readiness() {
+  auto path = get("getReadiness", "Whether requests are wanted", "health");
+  path["get"]["responses"]["503"] = answer("None are: the server is about to stop", "health");
+  return path;
+}
+
+json metrics() {
+  auto all = content("text/plain;version=0.0.4;charset=utf-8", text);
+  all["description"] = "Prometheus' text format";
+  return {{"get", operation("getMetrics", "Figures for those who watch", {{"200", all}})}};
+}
+
+/// Says of a path's methods that they need a key, where the service has any.
+json with_key(json path) {
+  for (auto& operation : path) {
+    operation["security"] = key_or_none();
+  }
+  return path;
 }
 
 json paths() {
@@ -200,11 +224,13 @@ json paths() {
                               {{"application/vnd.oai.openapi+json;version=3.0",
                                 {{"schema", {{"type", "object"}}}}}}}}}})}}},
       {"/healthz", get("getHealth", "Whether the service lives", "health")},
+      {"/readyz", readiness()},
+      {"/metrics", with_key(metrics())},
       {"/processes", get("getProcesses", "What the service can do", "processList")},
       {"/processes/{processID}", get("getProcess", "A process in full", "process",
                                      {path_parameter("processID", "Which process")})},
-      {"/processes/{processID}/execution", execution()},
-      {"/jobs", job_list()},
+      {"/processes/{processID}/execution", with_key(execution())},
+      {"/jobs", with_key(job_list())},
       {"/jobs/{jobID}", one_job(job)},
       {"/jobs/{jobID}/events", events(job)},
       {"/jobs/{jobID}/results", get("getResults", "What a job has made", "results", {job})},
@@ -213,7 +239,7 @@ json paths() {
       {"/jobs/{jobID}/files/{name}", file("getFile", "A file that a job has made", {job, name})},
       {"/jobs/{jobID}/tiles/{name}",
        file("getTile", "A file of a job's tileset, while it runs, too", {job, name})},
-      {"/tilesets", get("getTilesets", "Finished tilesets", "tilesets")},
+      {"/tilesets", with_key(get("getTilesets", "Finished tilesets", "tilesets"))},
       {"/tilesets/{tileset}/{name}", file("getTilesetFile", "A file of a finished tileset",
                                           {path_parameter("tileset", "Which tileset"), name})}};
 }
@@ -221,16 +247,24 @@ json paths() {
 }  // namespace
 
 json openapi(const std::string& base) {
-  return {{"openapi", "3.0.3"},
-          {"info",
-           {{"title", "hoodoo"},
-            {"description", "Bakes terrain with real three-dimensional landforms."},
-            {"version", HOODOO_VERSION},
-            {"license",
-             {{"name", "Apache 2.0"}, {"url", "https://www.apache.org/licenses/LICENSE-2.0"}}}}},
-          {"servers", json::array({json{{"url", base}}})},
-          {"paths", paths()},
-          {"components", {{"schemas", json::parse(schemas)}}}};
+  return {
+      {"openapi", "3.0.3"},
+      {"info",
+       {{"title", "hoodoo"},
+        {"description", "Bakes terrain with real three-dimensional landforms."},
+        {"version", HOODOO_VERSION},
+        {"license",
+         {{"name", "Apache 2.0"}, {"url", "https://www.apache.org/licenses/LICENSE-2.0"}}}}},
+      {"servers", json::array({json{{"url", base}}})},
+      {"paths", paths()},
+      {"components",
+       {{"schemas", json::parse(schemas)},
+        {"securitySchemes",
+         {{"bearer",
+           {{"type", "http"},
+            {"scheme", "bearer"},
+            {"description",
+             "A key with the scope read (lists), submit (posting and deleting) or admin"}}}}}}}};
 }
 
 }  // namespace hoodoo::http

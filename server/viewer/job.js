@@ -39,14 +39,16 @@ export class Job extends EventDispatcher {
       }
       const info = await response.json();
       this.dispatchEvent({ type: 'status', info });
-      const tag = (await answer(this.tileset, { method: 'HEAD' }))?.headers.get('etag');
-      if (tag && tag !== this.tag) {
-        this.tag = tag;
-        this.dispatchEvent({ type: 'tileset' });
-      }
+      if (info.links.some(({ rel }) => rel === 'preview')) await this.#look();
       return info;
     } catch {
       return null; // the server is away; it may come back
     }
+  }
+  async #look() {
+    const tag = (await answer(this.tileset, { method: 'HEAD' }))?.headers.get('etag');
+    if (!tag || tag === this.tag) return;
+    this.tag = tag;
+    this.dispatchEvent({ type: 'tileset' });
   }
 }

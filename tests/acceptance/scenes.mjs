@@ -2,9 +2,10 @@
  * Scenes whose features stand on borders and corners of tiles, on the DEM that `hoodoo synthesize` writes and on one of
  * the test data. Lengths in metres.
  */
-import { copyFile, writeFile } from 'node:fs/promises';
-import { join } from 'node:path';
-import { hoodoo, testData } from '../e2e/hoodoo.mjs';
+import { existsSync } from 'node:fs';
+import { copyFile, cp, readFile, writeFile } from 'node:fs/promises';
+import { basename, join } from 'node:path';
+import { examples, hoodoo, testData } from '../e2e/hoodoo.mjs';
 
 /** Heights of the ground at [[x, y], ...], from the field itself: by halving, to a centimetre. */
 async function groundAt(folder, dem, places) {
@@ -133,3 +134,13 @@ export const scenes = {
     }));
   },
 };
+
+/** The bundled examples, by name. */
+export const gallery = Object.fromEntries(examples().map((from) => [basename(from), async (folder) => {
+  await cp(from, folder, { recursive: true });
+  if (!existsSync(join(folder, 'dem.tif'))) {
+    const made = await hoodoo(['synthesize', join(folder, 'dem.tif')]);
+    if (made.code !== 0) throw new Error(made.stderr);
+  }
+  return { scene: JSON.parse(await readFile(join(folder, 'scene.json'), 'utf8')), inside: [] };
+}]));

@@ -234,7 +234,7 @@ test('What is not there says so in the words of the standard', async () => {
 });
 
 test('Every operation of the document has been asked, and answered as it says', async () => {
-  for (const path of ['/healthz', '/tilesets', '/conformance', `/jobs/${bakes[0]}/results/report`]) await ask(path);
+  for (const path of ['/healthz', '/readyz', '/metrics', '/tilesets', '/conformance', `/jobs/${bakes[0]}/results/report`]) await ask(path);
   await ask(`/jobs/${bakes[0]}/tiles/tileset.json`);
   await ask('/tilesets/none/tileset.json');
   await ask(`/jobs/${bakes[0]}/files/none.tif`);

@@ -34,7 +34,7 @@ export class Contract {
     assert.ok(described, `${method} ${name} answers ${status}, which is not in the document`);
     this.seen.add(`${method} ${name} ${operation.responses[status] ? status : 'problem'}`);
     if (status === 303 || !described.content) return;
-    const type = response.headers.get('content-type').replace('; ', ';');
+    const type = response.headers.get('content-type').replaceAll('; ', ';');
     const file = described.content['application/octet-stream'];
     if (file) return;
     assert.ok(type in described.content, `${method} ${name} answers ${type}`);

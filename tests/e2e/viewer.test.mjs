@@ -37,14 +37,28 @@ async function open(address, size = [960, 540]) {
   return page;
 }
 
+/** Waits for tiles on screen; says what the viewer was at where none come. */
+async function showsTiles(page) {
+  try {
+    await page.waitForFunction(() => globalThis.hoodoo?.terrain.statistics().tiles > 0, null, { timeout: 60_000 });
+  } catch (error) {
+    error.message += await page.evaluate(() => {
+      const { current, next, stale } = globalThis.hoodoo?.terrain ?? {};
+      return JSON.stringify({ stale, current: current?.stats, next: next?.stats, root: next?.root?.boundingVolume, errors: globalThis.hoodoo?.errors });
+    });
+    throw error;
+  }
+}
+
 test('It shows a job while it bakes, and all of it at the end', async () => {
-  id = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 1 } });
-  const page = await open(`/viewer/?job=${id}`);
-  await page.waitForFunction(() => globalThis.hoodoo?.terrain.statistics().tiles > 0);
+  const page = await open('/viewer/');   // so that the browser is ready when the bake begins
+  id = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.75 } });
+  await page.goto(`${server.url}/viewer/?job=${id}`);
+  await showsTiles(page);
   const { status } = await server.json(`/jobs/${id}`);
   assert.equal(status, 'running', 'tiles are on screen before the job ends');
   assert.equal((await server.follow(id)).at(-1).status, 'successful');
-  await page.waitForFunction(() => document.getElementById('message').textContent.includes('finished'));
+  await page.waitForFunction(() => document.getElementById('message').textContent === 'Finished.', null, { timeout: 60_000 });
   await settle(page);
   assert.equal(await page.textContent('#title'), scene.name);
   const live = await statistics(page);
@@ -79,7 +93,7 @@ test('A tileset with nothing to see yet holds up no later one', async () => {
     }
   });
   await page.goto(`${server.url}/viewer/?job=${id}`);
-  await page.waitForFunction(() => globalThis.hoodoo?.terrain.statistics().tiles > 0);
+  await showsTiles(page);
   assert.equal(loads, 2);
   await page.end();
 });

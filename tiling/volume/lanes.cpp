@@ -114,44 +114,57 @@ std::size_t FindCrossed(const Volume::Rows& rows,
   return count;
 }
 
-/// One vector of edges. All of them have made the same number of steps.
-HWY_INLINE void NextSome(const double* low, const double* high, const double* f_low,
-                         const double* f_high, double room, double* place) {
-  const Tag d;
-  const Doubles l = hn::LoadU(d, low), h = hn::LoadU(d, high), half = All(0.5), zero = All(0);
-  const Doubles fl = hn::LoadU(d, f_low), fh = hn::LoadU(d, f_high);
-  const Doubles middle = hn::Mul(half, hn::Add(l, h)), width = hn::Sub(h, l);
-  const Doubles reach = hn::Sub(All(0.5 * RootFinder::tolerance * room), hn::Mul(half, width));
-  const Doubles slack = hn::Mul(hn::Mul(All(0.2), width), width);
-  const Doubles secant = hn::Div(hn::Sub(hn::Mul(fh, l), hn::Mul(fl, h)), hn::Sub(fh, fl));
-  const Doubles side = hn::IfThenElse(hn::Ge(middle, secant), All(1), All(-1));
-  const Doubles apart = hn::Abs(hn::Sub(middle, secant));
-  const Doubles truncated =
-      hn::IfThenElse(hn::Le(slack, apart), hn::Add(secant, hn::Mul(side, slack)), middle);
-  const Doubles held = hn::Sub(middle, hn::Mul(side, hn::Max(reach, zero)));
-  const auto within = hn::Le(hn::Abs(hn::Sub(truncated, middle)), reach);
-  hn::StoreU(hn::IfThenElse(within, truncated, held), d, place);
+using Brackets = RootLanes::Brackets;
+
+HWY_INLINE Doubles Secant(Doubles low, Doubles high, Doubles f_low, Doubles f_high) {
+  const Doubles at =
+      hn::Div(hn::Sub(hn::Mul(f_high, low), hn::Mul(f_low, high)), hn::Sub(f_high, f_low));
+  return hn::Min(hn::Max(at, low), high);
 }
 
-void Next(const double* low, const double* high, const double* f_low, const double* f_high,
-          double room, double* place, std::size_t n) {
-  for (std::size_t i = 0; i < n; i += hn::Lanes(Tag())) {
-    NextSome(low + i, high + i, f_low + i, f_high + i, room, place + i);
+/// Where the secants of n edges pass through zero.
+void Secants(const Brackets& at, double* place, std::size_t n) {
+  const Tag d;
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    const Doubles l = hn::LoadU(d, at.low + i), h = hn::LoadU(d, at.high + i);
+    hn::StoreU(Secant(l, h, hn::LoadU(d, at.f_low + i), hn::LoadU(d, at.f_high + i)), d, place + i);
   }
 }
 
-void Put(double* low, double* high, double* f_low, double* f_high, const double* place,
-         const double* value, std::size_t n) {
+/// RootFinder's put; leaves the root in `place`, and 1 in `done` where it is one.
+void Put(const Brackets& at, double* place, const double* value, double* done, std::size_t n) {
   const Tag d;
-  const Doubles zero = All(0);
+  const Doubles zero = All(0), one = All(1), half = All(0.5);
+  const Doubles most = All(0.5 * RootFinder::tolerance), widest = All(RootFinder::tolerance);
   for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
     const Doubles v = hn::LoadU(d, value + i), t = hn::LoadU(d, place + i);
-    const Doubles fl = hn::LoadU(d, f_low + i);
-    const auto same = hn::Not(hn::Xor(hn::Gt(v, zero), hn::Gt(fl, zero)));
-    hn::StoreU(hn::IfThenElse(same, t, hn::LoadU(d, low + i)), d, low + i);
-    hn::StoreU(hn::IfThenElse(same, v, fl), d, f_low + i);
-    hn::StoreU(hn::IfThenElse(same, hn::LoadU(d, high + i), t), d, high + i);
-    hn::StoreU(hn::IfThenElse(same, hn::LoadU(d, f_high + i), v), d, f_high + i);
+    Doubles l = hn::LoadU(d, at.low + i), h = hn::LoadU(d, at.high + i);
+    Doubles fl = hn::LoadU(d, at.f_low + i), fh = hn::LoadU(d, at.f_high + i);
+    const auto is_low = hn::Not(hn::Xor(hn::Gt(v, zero), hn::Gt(fl, zero)));
+    const Doubles end = hn::IfThenElse(is_low, l, h), f_end = hn::IfThenElse(is_low, fl, fh);
+    const Doubles size = hn::Abs(v);
+    const auto near_end =
+        hn::Le(hn::Mul(size, hn::Abs(hn::Sub(t, end))), hn::Mul(most, hn::Abs(hn::Sub(v, f_end))));
+    const Doubles ratio = hn::Sub(one, hn::Div(v, f_end));
+    const auto counts = hn::And(hn::Gt(ratio, zero), hn::Lt(ratio, one));
+    const Doubles side = hn::IfThenElse(is_low, All(-1), one);
+    const auto again = hn::Eq(side, hn::LoadU(d, at.side + i));
+    const Doubles less = hn::IfThenElse(again, hn::IfThenElse(counts, ratio, half), one);
+    l = hn::IfThenElse(is_low, t, l);
+    h = hn::IfThenElse(is_low, h, t);
+    fl = hn::IfThenElse(is_low, v, hn::Mul(fl, less));
+    fh = hn::IfThenElse(is_low, hn::Mul(fh, less), v);
+    const Doubles width = hn::Sub(h, l);
+    const auto near_both =
+        hn::And(near_end, hn::Le(hn::Mul(size, width), hn::Mul(most, hn::Abs(hn::Sub(fh, fl)))));
+    const auto ends = hn::Or(hn::Le(width, widest), near_both);
+    hn::StoreU(l, d, at.low + i);
+    hn::StoreU(h, d, at.high + i);
+    hn::StoreU(fl, d, at.f_low + i);
+    hn::StoreU(fh, d, at.f_high + i);
+    hn::StoreU(side, d, at.side + i);
+    hn::StoreU(Secant(l, h, fl, fh), d, place + i);
+    hn::StoreU(hn::IfThenElseZero(ends, one), d, done + i);
   }
 }
 
@@ -200,7 +213,7 @@ HWY_EXPORT(SignsOfElevations);
 HWY_EXPORT(SignsOfValues);
 HWY_EXPORT(SignsOfRow);
 HWY_EXPORT(FindCrossed);
-HWY_EXPORT(Next);
+HWY_EXPORT(Secants);
 HWY_EXPORT(Put);
 HWY_EXPORT(PointAgainst);
 
@@ -232,42 +245,53 @@ void point_against(std::span<const double> x, std::span<const double> y, std::sp
 void RootLanes::resize(std::size_t n) {
   n_ = n;
   edges_.resize(n);
-  for (auto* lane : {&low_, &high_, &f_low_, &f_high_, &place_}) lane->resize(n + most_lanes);
+  for (auto* lane : {&low_, &high_, &f_low_, &f_high_, &side_, &place_, &done_}) {
+    lane->resize(n + most_lanes);
+  }
 }
 
 void RootLanes::start(std::span<const std::uint32_t> edges, std::span<const double> low,
                       std::span<const double> high) {
   resize(edges.size());
-  room_ = RootFinder::first_room;
+  steps_ = 0;
   std::copy(edges.begin(), edges.end(), edges_.begin());
   std::fill_n(low_.begin(), n_, 0.0);
   std::fill_n(high_.begin(), n_, 1.0);
+  std::fill_n(side_.begin(), n_, 0.0);
   std::copy(low.begin(), low.end(), f_low_.begin());
   std::copy(high.begin(), high.end(), f_high_.begin());
+  HWY_DYNAMIC_DISPATCH(Secants)(brackets(), place_.data(), n_);
+}
+
+RootLanes::Brackets RootLanes::brackets() {
+  return {low_.data(), high_.data(), f_low_.data(), f_high_.data(), side_.data()};
 }
 
 std::span<const double> RootLanes::places() {
-  HWY_DYNAMIC_DISPATCH(Next)
-  (low_.data(), high_.data(), f_low_.data(), f_high_.data(), room_, place_.data(), n_);
+  if (steps_ >= RootFinder::most_secants) {
+    for (std::size_t i = 0; i < n_; ++i) place_[i] = 0.5 * (low_[i] + high_[i]);
+  }
   return {place_.data(), n_};
 }
 
 void RootLanes::put(std::span<const double> values, std::span<double> roots) {
-  HWY_DYNAMIC_DISPATCH(Put)
-  (low_.data(), high_.data(), f_low_.data(), f_high_.data(), place_.data(), values.data(), n_);
-  room_ *= 0.5;
+  HWY_DYNAMIC_DISPATCH(Put)(brackets(), place_.data(), values.data(), done_.data(), n_);
+  ++steps_;
   // Without a branch that cannot be foreseen: what is not done yet is overwritten later.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < n_; ++i) {
     const std::uint32_t edge = edges_[i];
     const double low = low_[i], high = high_[i], f_low = f_low_[i], f_high = f_high_[i];
-    roots[edge] = 0.5 * (low + high);
+    const double side = side_[i], place = place_[i], done = done_[i];
+    roots[edge] = place;
     edges_[kept] = edge;
     low_[kept] = low;
     high_[kept] = high;
     f_low_[kept] = f_low;
     f_high_[kept] = f_high;
-    kept += high - low > RootFinder::tolerance ? 1 : 0;
+    side_[kept] = side;
+    place_[kept] = place;
+    kept += done == 0 ? 1 : 0;
   }
   n_ = kept;
 }

@@ -53,13 +53,19 @@ class RootLanes {
   /// The roots of those that are done go to `roots`, by edge; of the others something else does.
   void put(std::span<const double> values, std::span<double> roots);
 
+  /// What RootFinder holds of each edge.
+  struct Brackets {
+    double *low, *high, *f_low, *f_high, *side;
+  };
+
  private:
   void resize(std::size_t n);
+  Brackets brackets();
 
   std::size_t n_ = 0;
-  double room_ = 0;
+  int steps_ = 0;
   std::vector<std::uint32_t> edges_;
-  std::vector<double> low_, high_, f_low_, f_high_, place_;
+  std::vector<double> low_, high_, f_low_, f_high_, side_, place_, done_;
 };
 
 }  // namespace hoodoo::volume

@@ -117,7 +117,7 @@ class Sampler {
     Interval range = land_.heights(column);
     if (range.low > range.high) return std::nullopt;
     for (const tree::Step& step : ground.steps) {
-      if (step.operation == tree::Operation::intersect) return std::nullopt;
+      if (tree::acts_by_zero(step.operation)) return std::nullopt;
       const auto reach = tree::reach_over(step, column.grown(spacing_));
       if (!reach.empty()) range = hull(range, reach.z);
     }

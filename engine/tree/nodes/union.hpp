@@ -1,9 +1,11 @@
 #pragma once
 #include "engine/tree/combine.hpp"
+#include "engine/tree/packed_trees.hpp"
 
 namespace hoodoo::tree {
 
 /// F = max(F_1, F_2, ...). Source: Paris et al. 2019, section 5.3 (printed the other way round).
+/// Many children may be held packed, in place of children (pack.hpp).
 struct Union {
   static constexpr std::string_view type = "union";
   static constexpr std::string_view doc = "F = max(F_1, F_2, ...).";
@@ -14,6 +16,9 @@ struct Union {
   static constexpr Pick pick = Pick::largest;
   static constexpr bool adds = false;
   static constexpr bool first_is_special = false;
+
+  PackedTrees packed;
+
   static constexpr auto fields() { return std::tuple{}; }
   Support support(std::span<const Support> children) const {
     return hull_of(children, [](const auto& a, const auto& b) { return larger(a, b); });

@@ -76,6 +76,7 @@ class Large : public testing::Test {
     expect_same(all([&](const TakeRows& take) { large.area(take); }), drainage.area, "area");
     expect_same(all([&](const TakeRows& take) { large.stream_power(take); }),
                 stream_power(drainage, slopes), "power");
+    EXPECT_EQ(large.sinks(), sinks(grid, filled));
     const auto some =
         static_cast<double>(*std::ranges::find_if(grid.z, [](float z) { return z == z; }));
     expect_same(all([&](const TakeRows& take) { large.sea_distance(some, take); }),
@@ -142,6 +143,18 @@ TEST_F(Large, TellsWhatMemoryWouldDo) {
   } catch (const Error& error) {
     EXPECT_EQ(error.fault, Fault::limit);
     EXPECT_NE(std::string(error.what()).find("need"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(Large, TellsHowManyPitsMemoryHolds) {
+  const auto file = write_dem(rough(2, 50, 4000, 100'000, 0), in_metres);
+  EXPECT_GT(LargeDem(file, {std::size_t{4} << 20, folder_}).sinks().size(), 10'000U);
+  try {
+    LargeDem(file, {std::size_t{1} << 20, folder_}).sinks();
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fault, Fault::limit);
+    EXPECT_NE(std::string(error.what()).find("pits"), std::string::npos) << error.what();
   }
 }
 

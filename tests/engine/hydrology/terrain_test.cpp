@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/engine/hydrology/grids.hpp"
 
 namespace hoodoo::hydrology {
@@ -40,6 +42,53 @@ TEST(Sinks, HaveTheDepthAndAreaOfTheirDepression) {
   EXPECT_EQ(found[2].elevation, 4);
   EXPECT_EQ(found[2].depth, 5);
   EXPECT_EQ(found[2].area, found[0].area);
+}
+
+/// Connected cells from `first` on that satisfy `is_part`.
+template <class IsPart>
+std::vector<std::size_t> flood(const Grid& grid, std::size_t first, IsPart is_part) {
+  const Neighbours neighbours(grid);
+  std::vector<std::size_t> cells{first};
+  for (std::size_t n = 0; n < cells.size(); ++n) {
+    const unsigned inside = neighbours.inside(cells[n]);
+    for (unsigned k = 0; k < 8; ++k) {
+      if ((inside >> k & 1) == 0) continue;
+      const auto next = neighbours.at(cells[n], k);
+      if (is_part(next) && std::ranges::find(cells, next) == cells.end()) cells.push_back(next);
+    }
+  }
+  return cells;
+}
+
+TEST(Sinks, AreThoseThatFloodsFindOneByOne) {
+  std::size_t number = 0;
+  for (std::uint32_t seed = 1; seed <= 30; ++seed) {
+    const Grid grid = rough(seed, 23, 17, seed % 2 == 0 ? 4 : 9, seed % 3 == 0 ? 0.02 : 0);
+    Grid filled = grid;
+    fill(filled);
+    const Neighbours neighbours(grid);
+    std::vector<Sink> expected;
+    for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+      if (!grid.valid(cell)) continue;
+      const auto level = flood(grid, cell, [&](auto c) { return grid.z[c] == grid.z[cell]; });
+      const bool first = *std::ranges::min_element(level) == cell;
+      const bool closed = std::ranges::all_of(level, [&](std::size_t c) {
+        for (unsigned k = 0; k < 8; ++k) {
+          if (neighbours.valid(c) != 0xff || grid.z[neighbours.at(c, k)] < grid.z[c]) return false;
+        }
+        return true;
+      });
+      if (!first || !closed) continue;
+      const auto water = flood(grid, cell, [&](auto c) { return filled.z[c] > grid.z[c]; });
+      expected.push_back({static_cast<std::int32_t>(cell % 23),
+                          static_cast<std::int32_t>(cell / 23), grid.z[cell],
+                          static_cast<double>(filled.z[cell] - grid.z[cell]),
+                          static_cast<double>(water.size()) * grid.area(0)});
+    }
+    EXPECT_EQ(sinks(grid, filled), expected) << seed;
+    number += expected.size();
+  }
+  EXPECT_GT(number, 100U);
 }
 
 TEST(Sinks, AreNotAtTheEdgeNorBesideAHole) {

@@ -41,7 +41,7 @@ class Arches : public GrowingTest {
   static std::vector<tree::Node> openings(const Scene& scene) {
     if (scene.ground.steps.empty()) return {};
     const auto& all = scene.ground.steps.front().tree;
-    if (std::holds_alternative<tree::Union>(all.value)) return all.children;
+    if (std::holds_alternative<tree::Union>(all.value)) return children_of(all);
     return {all};
   }
   static Vec3 middle(const tree::Node& opening) {

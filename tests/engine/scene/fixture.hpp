@@ -61,6 +61,13 @@ class SceneTest : public testing::Test {
   static inline Folder* shared_ = nullptr;
 };
 
+/// A tree's children, also where they are packed.
+inline std::vector<tree::Node> children_of(const tree::Node& tree) {
+  std::vector<tree::Node> all;
+  tree::for_each_child(tree, [&](const tree::Node& child) { all.push_back(child); });
+  return all;
+}
+
 /// F of the scene at a point.
 inline float field(const Scene& scene, const Vec3& p) {
   const Box box = Box{p, p}.grown(1);

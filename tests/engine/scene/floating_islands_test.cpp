@@ -90,7 +90,7 @@ TEST_F(FloatingIslands, StayWithinTheirCircle) {
 TEST_F(FloatingIslands, EndNearTheirCircle) {
   const auto scene = grown(islands());
   const auto list = marks(scene);
-  const auto& bodies = scene.ground.steps.front().tree.children;
+  const auto bodies = children_of(scene.ground.steps.front().tree);
   ASSERT_EQ(bodies.size(), list.size());
   for (std::size_t i = 0; i < list.size(); ++i) {
     const auto box = tree::support(bodies[i]).influence;
@@ -142,14 +142,14 @@ TEST_F(FloatingIslands, ChangeOnlyWhereTheRegionDoes) {
                                       "max": [1000, 500, 900], "feather": 0}})"));
   std::vector<tree::Node> expected;
   const auto middles = marks(whole);
-  const auto& all = whole.ground.steps.front().tree.children;
+  const auto all = children_of(whole.ground.steps.front().tree);
   ASSERT_EQ(all.size(), middles.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (middles[i].at.y < 500) expected.push_back(all[i]);
   }
   ASSERT_GT(expected.size(), 1U);
   EXPECT_LT(expected.size(), all.size());
-  EXPECT_EQ(part.ground.steps.front().tree.children, expected);
+  EXPECT_EQ(children_of(part.ground.steps.front().tree), expected);
   std::vector<tree::Ball> caves;
   for (const auto& ball : balls(whole)) {
     const auto near = std::ranges::min_element(middles, {}, [&](const auto& mark) {

@@ -174,7 +174,7 @@ TEST_F(Hoodoos, AreThinnerInWeakerLayers) {
   stated["operations"][0]["smoothness"] = 0;
   const auto made = grown(stated);
   std::size_t weak = 0, hard = 0;
-  for (const auto& body : made.ground.steps.at(0).tree.children) {
+  for (const auto& body : children_of(made.ground.steps.at(0).tree)) {
     for (const auto& part : body.children) {
       const auto& layer = std::get<tree::Cylinder>(part.value);
       const double z = layer.base.value.z + 5;
@@ -281,7 +281,7 @@ TEST_F(Scattering, TurnsScalesAndSinksItsCopies) {
                                   {"sink", 0.5},
                                   {"slope", {{"low", 15}}}});
   const auto made = grown(stated);
-  const auto& copies = made.ground.steps.at(0).tree.children;
+  const auto copies = children_of(made.ground.steps.at(0).tree);
   ASSERT_EQ(copies.size(), marks(made).size());
   for (std::size_t i = 0; i < copies.size(); ++i) {
     const auto& mark = marks(made)[i];

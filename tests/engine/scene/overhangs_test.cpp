@@ -20,7 +20,7 @@ json undercuts(const char* more = "{}") {
 std::vector<tree::Node> lenses(const Scene& scene) {
   if (scene.ground.steps.empty()) return {};
   const auto& all = scene.ground.steps.front().tree;
-  if (std::holds_alternative<tree::Union>(all.value)) return all.children;
+  if (std::holds_alternative<tree::Union>(all.value)) return children_of(all);
   return {all};
 }
 

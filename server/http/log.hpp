@@ -1,0 +1,24 @@
+#pragma once
+#include <cstdint>
+#include <string>
+
+/// What the service says of itself while it runs: a line for each event, on stderr.
+namespace hoodoo::http {
+
+enum class LogFormat : std::uint8_t { text, json };
+
+/// One answered request. In JSON: time, level, event "request", request, method, path, status,
+/// milliseconds, and job and owner where there are such.
+struct RequestLine {
+  std::string id, method, path, job, owner;
+  int status = 0;
+  double milliseconds = 0;
+};
+
+/// Requests are told in JSON alone: as text only faults are.
+void set_log_format(LogFormat format);
+void log_request(const RequestLine& line);
+/// What went wrong inside, which no client is told.
+void log_fault(const std::string& what, const std::string& request_id);
+
+}  // namespace hoodoo::http

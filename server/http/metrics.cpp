@@ -1,0 +1,72 @@
+#include "server/http/metrics.hpp"
+
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+
+#include "server/job/state.hpp"
+
+namespace hoodoo::http {
+namespace {
+
+using prometheus::BuildCounter, prometheus::BuildGauge, prometheus::BuildHistogram;
+
+/// [bytes]
+double resident_memory() {
+  std::ifstream file("/proc/self/statm");
+  double whole = 0, resident = 0;
+  file >> whole >> resident;
+  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+constexpr std::array statuses{job::Status::accepted, job::Status::running, job::Status::successful,
+                              job::Status::failed, job::Status::dismissed};
+
+}  // namespace
+
+struct Metrics::Registry {
+  prometheus::Registry all;
+  prometheus::Family<prometheus::Counter>& requests =
+      BuildCounter().Name("hoodoo_http_requests_total").Help("Requests answered.").Register(all);
+  prometheus::Family<prometheus::Histogram>& seconds =
+      BuildHistogram()
+          .Name("hoodoo_http_request_duration_seconds")
+          .Help("Time until there was an answer, without sending it.")
+          .Register(all);
+  prometheus::Family<prometheus::Gauge>& jobs =
+      BuildGauge().Name("hoodoo_jobs").Help("Jobs that are kept, by status.").Register(all);
+  prometheus::Gauge& memory = BuildGauge()
+                                  .Name("process_resident_memory_bytes")
+                                  .Help("Resident memory of the server, without its jobs.")
+                                  .Register(all)
+                                  .Add({});
+};
+
+Metrics::Metrics() : registry_(std::make_unique<Registry>()) {}
+Metrics::~Metrics() = default;
+
+void Metrics::count(std::string_view route, std::string_view method, int status, double seconds) {
+  const prometheus::Histogram::BucketBoundaries buckets{0.001, 0.005, 0.025, 0.1, 0.5, 2.5, 10, 60};
+  const std::string name(route);
+  registry_->requests
+      .Add({{"route", name}, {"method", std::string(method)}, {"code", std::to_string(status)}})
+      .Increment();
+  registry_->seconds.Add({{"route", name}}, buckets).Observe(seconds);
+}
+
+std::string Metrics::text(const job::Queue& queue) {
+  for (const auto status : statuses) {
+    registry_->jobs.Add({{"status", std::string(job::name_of(status))}})
+        .Set(static_cast<double>(queue.count(status)));
+  }
+  registry_->memory.Set(resident_memory());
+  return prometheus::TextSerializer().Serialize(registry_->all.Collect());
+}
+
+}  // namespace hoodoo::http

@@ -1,0 +1,107 @@
+/**
+ * Does the server answer while a crowd hangs on it? 500 listeners to a job's events, 2,000 connections that say nothing and 200
+ * clients that send a byte at a time, while a bake runs: how long /healthz takes, and what memory the server has. Prints a Markdown
+ * table; ends with 1 when the 99th percentile is over 50 ms or memory over 300 MiB. Run by hand:
+ *
+ *     node load.mjs [--listeners N] [--idle N] [--slow N] [--seconds N]
+ */
+import { mkdir, readFile } from 'node:fs/promises';
+import { Agent, get } from 'node:http';
+import { connect } from 'node:net';
+import { join } from 'node:path';
+import { setTimeout as sleep } from 'node:timers/promises';
+import { parseArgs } from 'node:util';
+import { Worker, isMainThread, parentPort, workerData } from 'node:worker_threads';
+import { example, hoodoo, makeFolder, removeFolder } from '../e2e/hoodoo.mjs';
+import { Server } from '../e2e/server.mjs';
+
+const slowest = 50, mostMemory = 300;   // [ms], [MiB]
+const { values: options } = parseArgs({
+  options: {
+    listeners: { type: 'string', default: '500' }, idle: { type: 'string', default: '2000' }, slow: { type: 'string', default: '200' },
+    seconds: { type: 'string', default: '20' },
+  },
+});
+
+/** Milliseconds that /healthz takes on a connection of its own each time: median, 99th percentile, longest. */
+async function probe({ url, seconds }) {
+  const agent = new Agent({ keepAlive: false }), times = [];
+  for (const end = Date.now() + 1000 * seconds; Date.now() < end; await sleep(10)) {
+    const from = performance.now();
+    await new Promise((done, fail) => {
+      get(`${url}/healthz`, { agent }, (response) => response.resume().on('end', done)).on('error', fail);
+    });
+    times.push(performance.now() - from);
+  }
+  times.sort((a, b) => a - b);
+  return [0.5, 0.99, 1].map((q) => times[Math.min(times.length - 1, Math.floor(q * times.length))]);
+}
+
+// On a thread of its own, so that what the crowd costs this side is not measured.
+if (!isMainThread) {
+  parentPort.postMessage(await probe(workerData));
+  process.exit(0);
+}
+const probeElsewhere = (seconds) => new Promise((done, fail) => {
+  new Worker(new URL(import.meta.url), { workerData: { url: server.url, seconds } }).once('message', done).once('error', fail);
+});
+
+const work = await makeFolder(), root = join(work, 'root');
+await mkdir(root);
+await hoodoo(['synthesize', join(root, 'dem.tif')]);
+const scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+const server = await Server.start({ data: join(work, 'data'), roots: [root] });
+const { hostname, port } = new URL(server.url);
+const sockets = [];
+let answered = 0;
+
+/** A connection to the server that stays; one that the server closes is opened again. */
+function hold(begin) {
+  const socket = connect(Number(port), hostname, () => begin(socket));
+  socket.on('error', () => {});
+  socket.on('data', (data) => { if (data.includes('event: ')) ++answered; });
+  socket.on('close', () => { if (!ending) hold(begin); });
+  sockets.push(socket);
+}
+let ending = false;
+
+const memory = async () => {
+  const status = await readFile(`/proc/${server.child.pid}/status`, 'utf8');
+  return [Number(/VmRSS:\s+(\d+)/.exec(status)[1]) / 1024, Number(/Threads:\s+(\d+)/.exec(status)[1])];
+};
+
+let worst = 0, most = 0;
+console.log('| clients | /healthz median | 99 % | longest | memory | threads |\n|---|---|---|---|---|---|');
+const row = async (what, seconds) => {
+  const times = await probeElsewhere(seconds), [mib, threads] = await memory();
+  worst = Math.max(worst, times[1]);
+  most = Math.max(most, mib);
+  console.log(`| ${what} | ${times.map((t) => `${t.toFixed(1)} ms`).join(' | ')} | ${mib.toFixed(0)} MiB | ${threads} |`);
+};
+try {
+  await row('none', 3);
+  const id = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.25 } });
+  await row('none, a bake runs', 5);
+  for (let i = 0; i < Number(options.listeners); ++i) {
+    hold((socket) => socket.write(`GET /jobs/${id}/events HTTP/1.1\r\nHost: ${hostname}:${port}\r\n\r\n`));
+  }
+  for (let i = 0; i < Number(options.idle); ++i) hold(() => {});
+  for (let i = 0; i < Number(options.slow); ++i) {
+    hold((socket) => {
+      socket.write('GET / HTTP/1.1\r\nX: ');
+      const timer = setInterval(() => socket.write('x'), 1000);
+      socket.on('close', () => clearInterval(timer));
+    });
+  }
+  await sleep(3000);
+  await row(`${options.listeners} listeners, ${options.idle} idle, ${options.slow} slow, a bake runs`, Number(options.seconds));
+  const { status } = await server.json(`/jobs/${id}`);
+  console.log(`the job is ${status}; ${answered} pieces of events came`);
+  await server.fetch(`/jobs/${id}`, { method: 'DELETE' });
+} finally {
+  ending = true;
+  for (const socket of sockets) socket.destroy();
+  await server.stop('SIGKILL');
+  await removeFolder(work);
+}
+process.exit(worst <= slowest && most <= mostMemory ? 0 : 1);

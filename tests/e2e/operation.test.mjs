@@ -1,0 +1,158 @@
+/** What those who run the server rely on: keys, readiness, a drain, figures, logs, and room for clients that dawdle. */
+import assert from 'node:assert/strict';
+import { mkdir, readFile, writeFile } from 'node:fs/promises';
+import { connect } from 'node:net';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { setTimeout as sleep } from 'node:timers/promises';
+import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { Server } from './server.mjs';
+
+let work, root, scene;
+const keys = {};
+
+before(async () => {
+  work = await makeFolder();
+  root = join(work, 'root');
+  await mkdir(root);
+  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
+  assert.equal(made.code, 0, made.stderr);
+  scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  for (const [name, scopes] of [['artist', 'read,submit'], ['other', 'read,submit'], ['monitor', 'read'], ['ops', 'admin']]) {
+    const { code, stdout, stderr } = await hoodoo(['key', join(work, 'keys.json'), name, '--scopes', scopes]);
+    assert.equal(code, 0, stderr);
+    keys[name] = stdout.trim();
+  }
+});
+after(() => removeFolder(work));
+
+const start = (name, ...args) => Server.start({ data: join(work, name), roots: [root], args });
+const as = (name) => ({ authorization: `Bearer ${keys[name]}` });
+
+test('Keys keep out who has none, and owners apart', async () => {
+  const server = await start('keys', '--keys', join(work, 'keys.json'));
+  try {
+    const status = async (path, who, method = 'GET') => (await server.fetch(path, { method, headers: who ? as(who) : {} })).status;
+    for (const open of ['/', '/conformance', '/api', '/processes', '/processes/echo', '/healthz', '/readyz', '/viewer/']) {
+      assert.equal(await status(open), 200, open);
+    }
+    for (const closed of ['/jobs', '/tilesets', '/metrics']) {
+      const response = await server.fetch(closed);
+      assert.equal(response.status, 401, closed);
+      assert.match(response.headers.get('www-authenticate'), /^Bearer/);
+      assert.equal((await response.json()).status, 401);
+    }
+    assert.equal((await server.post(scene)).status, 401);
+    assert.equal((await server.post(scene, {}, { authorization: 'Bearer hoodoo_0' })).status, 401);
+    const refused = await server.post(scene, {}, as('monitor'));
+    assert.equal(refused.status, 403);
+    assert.match(refused.headers.get('www-authenticate'), /insufficient_scope.*submit/);
+    assert.equal(await status('/metrics', 'artist'), 403);
+
+    const posted = await server.post(scene, {}, as('artist'));
+    assert.equal(posted.status, 201);
+    const { jobID: id } = await posted.json();
+    const listed = async (who) => (await (await server.fetch('/jobs', { headers: as(who) })).json()).jobs.map(({ jobID }) => jobID);
+    assert.deepEqual(await listed('artist'), [id]);
+    assert.deepEqual(await listed('other'), []);
+    assert.deepEqual(await listed('ops'), [id]);
+    assert.equal(await status(`/jobs/${id}`), 200, 'who knows the id may look');
+    assert.equal(await status(`/jobs/${id}`, null, 'DELETE'), 401);
+    assert.equal(await status(`/jobs/${id}`, 'other', 'DELETE'), 403);
+    assert.equal(await status(`/jobs/${id}`, 'artist', 'DELETE'), 200);
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
+test('An address that others reach needs keys, and a file of keys its form', async () => {
+  const serve = (...args) => hoodoo(['serve', '--data', join(work, 'none'), ...args], { limit: 10_000 });
+  const bare = await serve('--listen', '0.0.0.0:0', '--public-url', 'http://terrain.example');
+  assert.equal(bare.code, 2);
+  assert.match(bare.stderr, /--keys: is needed/);
+  await writeFile(join(work, 'wrong.json'), '{"keys": [{"name": "a", "sha256": "0", "scopes": ["read"]}]}');
+  const wrong = await serve('--listen', '127.0.0.1:0', '--keys', join(work, 'wrong.json'));
+  assert.equal(wrong.code, 2);
+  assert.match(wrong.stderr, /wrong\.json#\/keys\/0\/sha256: must be 64 hexadecimal digits/);
+  assert.equal((await hoodoo(['key', join(work, 'wrong.json'), 'x'])).code, 2);
+  assert.match((await hoodoo(['key', join(work, 'k.json'), 'x', '--scopes', 'root'])).stderr, /root/);
+});
+
+/** Series by name and labels, of Prometheus' text format. Every line must be one of it. */
+function readMetrics(text) {
+  const series = new Map(), types = new Map();
+  for (const line of text.trimEnd().split('\n')) {
+    const type = /^# TYPE (\w+) (counter|gauge|histogram)$/.exec(line);
+    if (type) types.set(type[1], type[2]);
+    if (line.startsWith('#')) continue;
+    const [, name, labels = '', value] = /^([a-zA-Z_:][\w:]*)(\{(?:\w+="[^"]*",?)*\})? (\S+)$/.exec(line) ?? assert.fail(line);
+    assert.ok(types.has(name.replace(/_(bucket|sum|count)$/, '')) || types.has(name), `${name} has a type`);
+    series.set(name + labels, Number(value));
+  }
+  return series;
+}
+
+test('Figures count what was asked, and lines of JSON tell it', async () => {
+  const server = await start('figures', '--log', 'json');
+  try {
+    for (let i = 0; i < 3; ++i) await server.fetch('/processes/echo');
+    await server.fetch('/nothing');
+    await server.fetch('/conformance', { headers: { 'x-request-id': 'mine-1' } });
+    const id = await server.submit(scene);
+    await server.follow(id);
+    const metrics = readMetrics(await (await server.fetch('/metrics')).text());
+    const count = (route, code) => metrics.get(`hoodoo_http_requests_total{code="${code}",method="GET",route="${route}"}`);
+    assert.equal(count('processes/*', 200), 3);
+    assert.equal(count('none', 404), 1);
+    assert.equal(metrics.get('hoodoo_jobs{status="successful"}'), 1);
+    assert.equal(metrics.get('hoodoo_http_request_duration_seconds_count{route="processes/*"}'), 3);
+    assert.ok(metrics.get('process_resident_memory_bytes') > 1e6);
+
+    const lines = server.stderr.trimEnd().split('\n').map((line) => JSON.parse(line));
+    const mine = lines.filter(({ request }) => request === 'mine-1');
+    assert.equal(mine.length, 1);
+    assert.deepEqual([mine[0].event, mine[0].method, mine[0].path, mine[0].status], ['request', 'GET', '/conformance', 200]);
+    assert.equal(lines.find(({ method }) => method === 'POST').job, id);
+    assert.ok(lines.every(({ time, request }) => !Number.isNaN(Date.parse(time)) && request));
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
+test('Asked to stop, it says so for a while, takes no more jobs, and goes', async () => {
+  const server = await start('drain', '--drain', '3');
+  const ready = async () => (await server.fetch('/readyz')).status;
+  assert.equal(await ready(), 200);
+  const asked = Date.now();
+  server.child.kill('SIGTERM');
+  while (await ready() === 200) await sleep(20);
+  assert.equal(await ready(), 503);
+  assert.equal((await server.fetch('/healthz')).status, 200);
+  const refused = await server.post(scene);
+  assert.equal(refused.status, 503);
+  assert.equal(refused.headers.get('retry-after'), '5');
+  assert.deepEqual(await server.ended, { code: 0, signal: null });
+  const took = Date.now() - asked;
+  assert.ok(took >= 2900, `it waited ${took} ms`);
+});
+
+test('Connections that say nothing or little keep nobody waiting', async () => {
+  const server = await start('crowd');
+  const { hostname, port } = new URL(server.url);
+  const sockets = [];
+  try {
+    for (let i = 0; i < 600; ++i) {
+      const socket = connect(Number(port), hostname);
+      socket.on('error', () => {});
+      await new Promise((done) => socket.once('connect', done));
+      if (i % 2 === 0) socket.write('GET / HTTP/1.1\r\nHo');
+      sockets.push(socket);
+    }
+    const asked = Date.now();
+    assert.equal((await server.fetch('/healthz')).status, 200);
+    assert.ok(Date.now() - asked < (process.env.HOODOO_SANITIZED ? 5000 : 1000), `after ${Date.now() - asked} ms`);
+  } finally {
+    for (const socket of sockets) socket.destroy();
+    await server.stop('SIGKILL');
+  }
+});

@@ -1,0 +1,57 @@
+#include "server/http/connections.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <latch>
+#include <thread>
+
+namespace hoodoo::http {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(ConnectionThreads, ServeAllAtOnce) {
+  constexpr int count = 300;
+  ConnectionThreads threads(count);
+  std::latch all(count);
+  for (int i = 0; i < count; ++i) {
+    // None ends before the last has begun.
+    ASSERT_TRUE(threads.run([&] { all.arrive_and_wait(); }));
+  }
+  threads.finish();
+  EXPECT_TRUE(all.try_wait());
+}
+
+TEST(ConnectionThreads, AreUsedAgainWithoutOneWaitingForAnother) {
+  ConnectionThreads threads(64);
+  std::atomic<int> served = 0;
+  for (int round = 0; round < 50; ++round) {
+    std::latch together(32), ended(32);
+    for (int i = 0; i < 32; ++i) {
+      ASSERT_TRUE(threads.run([&] {
+        together.arrive_and_wait();
+        ++served;
+        ended.count_down();
+      }));
+    }
+    ended.wait();
+  }
+  EXPECT_EQ(served, 50 * 32);
+  threads.finish();
+}
+
+TEST(ConnectionThreads, RefuseMoreThanTheMost) {
+  ConnectionThreads threads(2);
+  std::latch held(1);
+  EXPECT_TRUE(threads.run([&] { held.wait(); }));
+  EXPECT_TRUE(threads.run([&] { held.wait(); }));
+  EXPECT_FALSE(threads.run([] {}));
+  held.count_down();
+  threads.finish();
+  EXPECT_FALSE(threads.run([] {})) << "it has finished";
+}
+
+}  // namespace
+}  // namespace hoodoo::http
