@@ -56,6 +56,19 @@ Linear trilinear(const Corners& f, const Vec3& u) {
            mix(x[2] - x[0], x[3] - x[1], u.z), high - low}};
 }
 
+/// Whether the surface faces up everywhere in the cell, its normal's upward part above the root of
+/// `squared_level`: slopes lie between those of the cell's edges.
+bool is_level(const Corners& f, double squared_level) {
+  double rise = -Box::infinity, x = 0, y = 0;
+  for (std::size_t n = 0; n < 4; ++n) {
+    const std::size_t below = 2 * n, front = (n >> 1) * 4 + (n & 1);
+    rise = std::max(rise, f[below + 1] - f[below]);
+    x = std::max(x, std::abs(f[n + 4] - f[n]));
+    y = std::max(y, std::abs(f[front + 2] - f[front]));
+  }
+  return rise < 0 && rise * rise > squared_level * (rise * rise + x * x + y * y);
+}
+
 /// Calls visit(i, j, k) for the cells of a block that the surface passes through: a part of their
 /// corners is inside. The values of its points, x slowest.
 template <class Visit>
@@ -84,7 +97,6 @@ struct Passed {
   Cell cell;
   std::array<Vec3, rounds> at{};
   std::array<bool, rounds> good{};
-  std::array<bool, rounds> taken{};
 };
 
 class Sampler {
@@ -141,7 +153,13 @@ class Sampler {
       for (const auto v : cells_[i].cell)
         phase = 3 * phase + static_cast<std::size_t>(((v % 3) + 3) % 3);
       by_phase_[phase].push_back(i);
+      std::uint8_t good = 0;
+      for (std::size_t n = 0; n < rounds; ++n) {
+        if (cells_[i].good[n]) good |= static_cast<std::uint8_t>(1U << n);
+      }
+      good_.push_back(good);
     }
+    taken_.assign(cells_.size(), 0);
   }
 
   void find_in_column(std::int64_t bx, std::int64_t by, const Box& box,
@@ -197,6 +215,7 @@ class Sampler {
         c[n] = static_cast<double>(
             f[((i + (n >> 2)) * corners + j + (n >> 1 & 1)) * corners + k + (n & 1)]);
       }
+      if (is_level(c, squared_level_)) return;
       Passed passed{{first[0] + static_cast<std::int64_t>(i),
                      first[1] + static_cast<std::int64_t>(j),
                      first[2] + static_cast<std::int64_t>(k)}};
@@ -313,9 +332,11 @@ class Sampler {
 
   bool is_free(std::size_t cell, const Vec3& p) const {
     for (auto i = neighbours_from_[cell]; i < neighbours_from_[cell + 1]; ++i) {
+      const unsigned taken = taken_[neighbours_[i]];
+      if (taken == 0) continue;
       const auto& other = cells_[neighbours_[i]];
       for (std::size_t n = 0; n < rounds; ++n) {
-        if (!other.taken[n]) continue;
+        if ((taken >> n & 1U) == 0) continue;
         const Vec3 d = other.at[n] - p;
         if (dot(d, d) < size_ * size_) return false;
       }
@@ -324,16 +345,17 @@ class Sampler {
   }
 
   void take(std::size_t i, std::size_t round) {
-    auto& passed = cells_[i];
-    if (passed.good[round] && is_free(i, passed.at[round])) passed.taken[round] = true;
+    if ((good_[i] >> round & 1U) == 0 || !is_free(i, cells_[i].at[round])) return;
+    taken_[i] |= static_cast<std::uint8_t>(1U << round);
   }
 
   /// The samples in the box, with the field's own normal.
   std::vector<SurfaceSample> settled() const {
     std::vector<Vec3> at;
-    for (const auto& passed : cells_) {
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
       for (std::size_t n = 0; n < rounds; ++n) {
-        if (passed.taken[n] && sampling_.box.contains(passed.at[n])) at.push_back(passed.at[n]);
+        const bool taken = (taken_[i] >> n & 1U) != 0;
+        if (taken && sampling_.box.contains(cells_[i].at[n])) at.push_back(cells_[i].at[n]);
       }
     }
     const auto values = site_.values(at);
@@ -351,6 +373,8 @@ class Sampler {
   double squared_level_;      // no candidate where the corners are far more level than asked for
   std::vector<Box> reaches_;  // of the steps so far
   std::vector<Passed> cells_;
+  // A bit for each candidate of a cell: small, as it is asked for far more often than their places.
+  std::vector<std::uint8_t> good_, taken_;
   std::vector<std::uint32_t> neighbours_;     // of the first cell, then of the next, and so on
   std::vector<std::size_t> neighbours_from_;  // where those of a cell begin
   std::array<std::vector<std::size_t>, 27> by_phase_;
