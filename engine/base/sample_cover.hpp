@@ -37,7 +37,7 @@ class Nearby {
   /// Forgets all; from now on of a cell that has this corner.
   void clear(const Vec3& corner) {
     samples_.clear();
-    for (auto* list : {&x_, &y_, &z_, &radius_}) list->clear();
+    for (auto* list : {&x_, &y_, &z_, &radius_, &left_}) list->clear();
     corner_ = corner;
   }
   void add(const Sample& s) {
@@ -46,6 +46,7 @@ class Nearby {
     if (n % lanes == 0) {  // those without a sample are too far to matter
       for (auto* list : {&x_, &y_, &z_, &radius_}) list->resize(n + lanes, 1e18F);
       std::fill(radius_.end() - lanes, radius_.end(), 0.0F);
+      left_.resize(n + lanes);
     }
     const Vec3 p = s.center - corner_;
     x_[n] = static_cast<float>(p.x), y_[n] = static_cast<float>(p.y);
@@ -57,11 +58,15 @@ class Nearby {
     return std::ranges::any_of(samples_, [&](const Sample& s) { return conflict(s, p, radius); });
   }
 
-  /// Whether one of them leaves no room in the whole box to radii from that on.
-  bool cover(const Cube& box, double radius) const {
+  std::size_t size() const { return samples_.size(); }
+
+  /// Whether one of them, at least of those after the first `known`, leaves no room in the whole
+  /// box to radii from that on.
+  bool cover(const Cube& box, double radius, std::size_t known = 0) const {
+    if (known == samples_.size()) return false;
     const Extent of(box, corner_);
     const auto r = static_cast<float>(radius);
-    for (std::size_t first = 0; first < x_.size(); first += lanes) {
+    for (std::size_t first = known / lanes * lanes; first < x_.size(); first += lanes) {
       unsigned found = 0;
       for (std::size_t n = first; n < first + lanes; ++n) {
         const float dx = std::abs(x_[n] - of.x) + of.half_x,
@@ -74,19 +79,18 @@ class Nearby {
     return false;
   }
 
-  /// Takes from the box's top and bottom what samples leave no room in. False: nothing is left.
-  bool narrow(Cube& box, double radius) const {
-    const Extent of(box, corner_);
-    const auto r = static_cast<float>(radius);
-    float low = of.z - of.half_z, high = of.z + of.half_z;
+  /// Takes from a column's top and bottom what samples leave no room in, and before what `bound`
+  /// says of them. False: nothing is left.
+  template <class Bound>
+  bool narrow(Cube& box, double radius, const Bound& bound) const {
+    if (!find_left(box, static_cast<float>(radius)) || !bound(box)) return false;
+    auto low = static_cast<float>(box.low.z - corner_.z);
+    auto high = static_cast<float>(box.high.z - corner_.z);
     const float bottom = low, top = high;
     covered_.clear();
     for (std::size_t n = 0; n < samples_.size(); ++n) {
-      const float dx = std::abs(x_[n] - of.x) + of.half_x, dy = std::abs(y_[n] - of.y) + of.half_y,
-                  reach = (radius_[n] + r) * shrunk;
-      const float left = reach * reach - dx * dx - dy * dy;
-      if (left <= 0) continue;
-      const float half = std::sqrt(left);
+      if (left_[n] <= 0) continue;
+      const float half = std::sqrt(left_[n]);
       covered_.push_back({z_[n] - half, z_[n] + half});
     }
     for (bool moved = true; moved && low <= high;) {
@@ -116,9 +120,30 @@ class Nearby {
     float x, y, z, half_x, half_y, half_z;
   };
 
+  /// Of each sample, the square of how far above and below it leaves no room to any place of the
+  /// column; negative: it leaves some beside. False: one covers the whole box.
+  bool find_left(const Cube& box, float radius) const {
+    const Extent of(box, corner_);
+    for (std::size_t first = 0; first < x_.size(); first += lanes) {
+      const float *x = &x_[first], *y = &y_[first], *z = &z_[first], *r = &radius_[first];
+      std::array<float, lanes> left{};  // apart from the lists, so that the loop is done at once
+      unsigned found = 0;
+      for (std::size_t n = 0; n < lanes; ++n) {
+        const float dx = std::abs(x[n] - of.x) + of.half_x, dy = std::abs(y[n] - of.y) + of.half_y,
+                    dz = std::abs(z[n] - of.z) + of.half_z, reach = (r[n] + radius) * shrunk;
+        left[n] = reach * reach - dx * dx - dy * dy;
+        found |= static_cast<unsigned>(dz * dz < left[n]);
+      }
+      if (found != 0) return false;
+      std::ranges::copy(left, &left_[first]);
+    }
+    return true;
+  }
+
   Vec3 corner_;
   std::vector<Sample> samples_;
   std::vector<float> x_, y_, z_, radius_;  // of whole lanes
+  mutable std::vector<float> left_;        // by find_left
   mutable std::vector<std::array<float, 2>> covered_;
 };
 

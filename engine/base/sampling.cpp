@@ -54,7 +54,7 @@ class Sampler {
  public:
   static constexpr bool flat = Ground::flat, shell = Ground::shell;
   /// In a shell filling costs less than darts do.
-  static constexpr int darts_per_cell = shell ? 4 : 12;
+  static constexpr int darts_per_cell = shell ? 2 : 12;
   static constexpr std::size_t first_level = shell ? 2 : 3;  // of parts that are filled
 
   explicit Sampler(const Ground& ground)
@@ -214,6 +214,8 @@ class Sampler {
     const Cube box = cube(cell, side_);
     const Part whole{cell, ground_.of.radius_least};
     std::vector<Part> parts;
+    parts.swap(spare_);
+    parts.clear();
     if constexpr (!shell) {  // most cells of a volume have no room, and need no others
       gather(box);
       open_parts(whole, 0, parts);
@@ -229,6 +231,7 @@ class Sampler {
     for (std::size_t level = first_level; level < sides_.size() && !parts.empty(); ++level) {
       fill_parts(parts, level);
     }
+    parts.swap(spare_);
   }
   static unsigned color(const Cell& c) {
     const auto bit = [](std::int32_t v) { return static_cast<unsigned>(v) & 1U; };
@@ -255,12 +258,14 @@ class Sampler {
   /// Whether there may be room in the part; its box. Of a shell the part keeps only the heights
   /// between which there may be.
   bool is_open(Part& part, Cube& box) const {
-    if (near_.cover(box, part.radius_least) || !may_hold(box)) return false;
     if constexpr (shell) {
-      if (!near_.narrow(box, part.radius_least)) return false;
+      const auto bound = [this](Cube& narrowed) { return may_hold(narrowed); };
+      if (!near_.narrow(box, part.radius_least, bound)) return false;
       part.low = box.low.z, part.high = box.high.z;
+      return true;
+    } else {
+      return !near_.cover(box, part.radius_least) && may_hold(box);
     }
-    return true;
   }
 
   /// Parts of the first level that may have room.
@@ -292,24 +297,20 @@ class Sampler {
                         });
   }
 
-  /// A dart into each part; those accepted go among those near. Leaves the halves of parts that
-  /// may still have room.
+  /// A dart into each part of the first level, then into the halves of those left; those accepted
+  /// go among those near. Leaves the parts that may still have room.
   void fill_parts(std::vector<Part>& parts, std::size_t level) {
-    const double side = sides_[level];
     const std::uint64_t seed = seed_of(level, 1);
     new_.clear(), open_.clear();
-    for (auto part : parts) {
-      Cube box = cube(part, side);
-      if (!is_open(part, box)) continue;
-      const std::uint64_t id = random_bits(seed, part.at.x, part.at.y, part.at.z);
-      const Vec3 p = dart(box, id);
-      const double radius = radius_at(p);
-      if (radius <= 0 && forbidden(box, side)) continue;
-      if (varies_) raise(part, box, p, radius);
-      if (radius > 0 && !near_.rule_out(p, radius)) new_.push_back({p, radius, id});
-      open_.push_back(part);
+    for (const auto& part : parts) {
+      if (level == first_level) {
+        throw_into(part, level, seed);
+      } else {
+        for_each_half(part, [&](const Part& half) { throw_into(half, level, seed); });
+      }
     }
     std::ranges::sort(new_, std::ranges::greater(), &Sample::id);
+    const auto before = near_.size();
     for (const auto& s : new_) {
       if (near_.rule_out(s.center, s.radius)) continue;
       samples_.add(s);
@@ -317,9 +318,22 @@ class Sampler {
     }
     parts.clear();
     for (const auto& part : open_) {
-      if (near_.cover(cube(part, side), part.radius_least)) continue;
-      for_each_half(part, [&](const Part& half) { parts.push_back(half); });
+      const Cube box = cube(part, sides_[level]);
+      if (!near_.cover(box, part.radius_least, varies_ ? 0 : before)) parts.push_back(part);
     }
+  }
+  void throw_into(Part part, std::size_t level, std::uint64_t seed) {
+    const double side = sides_[level];
+    Cube box = cube(part, side);
+    // Those of a shell's first level are open: nothing was added since.
+    if ((!shell || level > first_level) && !is_open(part, box)) return;
+    const std::uint64_t id = random_bits(seed, part.at.x, part.at.y, part.at.z);
+    const Vec3 p = dart(box, id);
+    const double radius = radius_at(p);
+    if (radius <= 0 && forbidden(box, side)) return;
+    if (varies_) raise(part, box, p, radius);
+    if (radius > 0 && !near_.rule_out(p, radius)) new_.push_back({p, radius, id});
+    open_.push_back(part);
   }
   /// Whether no sample may lie in the box, one of whose points was not allowed: small ones are
   /// known by their corners.
@@ -344,6 +358,7 @@ class Sampler {
   Nearby near_;
   std::vector<Sample> new_;  // of the level that is filled
   std::vector<Part> open_;   // of it
+  std::vector<Part> spare_;  // its memory serves the next cell
 };
 
 /// Samples of the cells that overlap the region.

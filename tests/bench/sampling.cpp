@@ -1,6 +1,7 @@
 #include "tests/bench/sampling.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -37,10 +38,23 @@ class Surface {
   /// between cells.
   Interval heights(const Box& box) const {
     Interval all{Box::infinity, -Box::infinity};
+    const double u0 = along(box.min.x), v0 = along(box.min.y);
     const double u1 = along(box.max.x), v1 = along(box.max.y);
-    for (double v = along(box.min.y);; v = std::min(std::floor(v) + 1, v1)) {
+    const int x = static_cast<int>(u0), y = static_cast<int>(v0);
+    if (u1 <= x + 1 && v1 <= y + 1) {  // within a cell
+      const double z = at(x, y), along_x = at(x + 1, y) - z, along_y = at(x, y + 1) - z;
+      const double twist = at(x + 1, y + 1) - z - along_x - along_y;
+      const auto row = [&](double t) -> std::array<double, 2> {
+        const double from = z + t * along_y, rise = along_x + t * twist;
+        return {from + (u0 - x) * rise, from + (u1 - x) * rise};
+      };
+      const auto [a, b] = row(v0 - y);
+      const auto [c, d] = row(v1 - y);
+      return {std::min(std::min(a, b), std::min(c, d)), std::max(std::max(a, b), std::max(c, d))};
+    }
+    for (double v = v0;; v = std::min(std::floor(v) + 1, v1)) {
       const int j = static_cast<int>(v);
-      for (double u = along(box.min.x);; u = std::min(std::floor(u) + 1, u1)) {
+      for (double u = u0;; u = std::min(std::floor(u) + 1, u1)) {
         const int i = static_cast<int>(u);
         const double h = between(i, j, u - i, v - j);
         all = {std::min(all.low, h), std::max(all.high, h)};

@@ -274,6 +274,7 @@ TEST(PoissonShell, IsTheSameHoweverThePlaneIsCut) {
   for (const bool varies : {false, true}) {
     if (varies) {
       shell.radius_most = 3;
+      shell.slope = 0.1;
       shell.radius = [](double x, double, double z) {
         return std::clamp(2 + 0.04 * x + 0.05 * z, 1.0, 3.0);
       };
