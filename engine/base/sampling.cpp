@@ -4,56 +4,44 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "engine/base/random.hpp"
 #include "engine/base/sample_cells.hpp"
+#include "engine/base/sample_cover.hpp"
 
 namespace hoodoo {
 namespace sampling {
 namespace {
 
-/// The two kinds of ground as one: the plane is space without height.
+/// The kinds of ground as one. The plane is space without height; a shell is sampled in columns:
+/// its cells lie in the plane.
 struct Plane {
-  static constexpr bool flat = true;
+  static constexpr bool flat = true, shell = false;
   const PoissonDisk& of;
   double radius(const Vec3& p) const { return of.radius(p.x, p.y); }
 };
 struct Space {
-  static constexpr bool flat = false;
+  static constexpr bool flat = false, shell = false;
   const PoissonSphere& of;
   double radius(const Vec3& p) const { return of.radius(p.x, p.y, p.z); }
 };
-
-struct Cube {  // a square in the plane
-  Vec3 low, high;
-  Vec3 middle() const { return (low + high) * 0.5; }
+struct Shell {
+  static constexpr bool flat = true, shell = true;
+  const PoissonShell& of;
+  double radius(const Vec3& p) const { return of.radius(p.x, p.y, p.z); }
 };
-
-double squared_farthest(const Cube& b, const Vec3& p) {
-  const auto far = [](double low, double high, double v) {
-    return squared(std::max(high - v, v - low));
-  };
-  return far(b.low.x, b.high.x, p.x) + far(b.low.y, b.high.y, p.y) + far(b.low.z, b.high.z, p.z);
-}
-double squared_nearest(const Cube& b, const Vec3& p) {
-  const auto near = [](double low, double high, double v) {
-    return squared(std::max(std::max(low - v, v - high), 0.0));
-  };
-  return near(b.low.x, b.high.x, p.x) + near(b.low.y, b.high.y, p.y) + near(b.low.z, b.high.z, p.z);
-}
 
 /// A box in which there may be room, by its place on the lattice of its level.
 struct Part {
   Cell at;
-  double radius_least;  // no allowed point of it has a smaller one
+  double radius_least;                                // no allowed point of it has a smaller one
+  double low = -Box::infinity, high = Box::infinity;  // of a shell: room is between these alone
 };
 
 enum class Fate : std::uint8_t { open, in, out };
 enum State : std::uint32_t { thrown = 1, ready = 2, settled = 4, filled = 8 };
-
-constexpr int darts_per_cell = 12;
-constexpr int first_level = 3;  // of parts that are filled
 
 /// Cells are as wide as samples can matter to each other. First, darts: many in each cell, accepted
 /// in the order of their hashes. Each is decided when it is asked for, by deciding those of higher
@@ -64,7 +52,10 @@ constexpr int first_level = 3;  // of parts that are filled
 template <class Ground>
 class Sampler {
  public:
-  static constexpr bool flat = Ground::flat;
+  static constexpr bool flat = Ground::flat, shell = Ground::shell;
+  /// In a shell filling costs less than darts do.
+  static constexpr int darts_per_cell = shell ? 2 : 12;
+  static constexpr std::size_t first_level = shell ? 2 : 3;  // of parts that are filled
 
   explicit Sampler(const Ground& ground)
       : ground_(ground),
@@ -72,14 +63,17 @@ class Sampler {
         varies_(ground.of.radius && ground.of.radius_least != ground.of.radius_most),
         darts_(ground.of.radius_least, ground.of.radius_most),
         samples_(ground.of.radius_least, ground.of.radius_most) {
-    double side = side_;
-    for (last_level_ = 0; side > ground_.of.radius_least / 128; side /= 2) ++last_level_;
+    for (double side = side_;; side /= 2) {
+      sides_.push_back(side);
+      if (side <= ground_.of.radius_least / 128) break;
+    }
   }
 
   /// Completes the cells from `low` to `high`, by halving what is asked about.
   void run(const Cell& low, const Cell& high) {
-    if (ground_.of.may_hold) {
-      if (!may_hold({cube(low, side_).low, cube(high, side_).high})) return;
+    if constexpr (!shell) {
+      Cube all{cube(low, side_).low, cube(high, side_).high};
+      if (!may_hold(all)) return;
     }
     const Cell size{high.x - low.x, high.y - low.y, high.z - low.z};
     const std::int32_t most = std::max({size.x, size.y, size.z});
@@ -95,13 +89,29 @@ class Sampler {
 
  private:
   Cube cube(const Cell& c, double side) const {
-    return {{c.x * side, c.y * side, flat ? 0 : c.z * side},
-            {(c.x + 1) * side, (c.y + 1) * side, flat ? 0 : (c.z + 1) * side}};
+    constexpr double all = shell ? Box::infinity : 0;
+    return {{c.x * side, c.y * side, flat ? -all : c.z * side},
+            {(c.x + 1) * side, (c.y + 1) * side, flat ? all : (c.z + 1) * side}};
   }
-  bool may_hold(const Cube& cube) const {
-    return !ground_.of.may_hold || ground_.of.may_hold({cube.low, cube.high});
+  Cube cube(const Part& part, double side) const {
+    auto box = cube(part.at, side);
+    if constexpr (shell) box.low.z = part.low, box.high.z = part.high;
+    return box;
+  }
+  /// Whether a point of the box may have a sample. Of a shell's box only what lies between the
+  /// bounds of its top and bottom is left.
+  bool may_hold(Cube& box) const {
+    if constexpr (shell) {
+      const Interval tops = ground_.of.tops({box.low, box.high});
+      box.low.z = std::max(box.low.z, tops.low - ground_.of.thickness);
+      box.high.z = std::min(box.high.z, tops.high);
+      return box.low.z <= box.high.z;
+    } else {
+      return !ground_.of.may_hold || ground_.of.may_hold({box.low, box.high});
+    }
   }
   double radius_at(const Vec3& p) const {
+    if (shell && std::isnan(p.z)) return 0;
     if (!ground_.of.radius) return ground_.of.radius_least;
     const double radius = ground_.radius(p);
     return radius > 0 ? std::clamp(radius, ground_.of.radius_least, ground_.of.radius_most) : 0;
@@ -119,6 +129,7 @@ class Sampler {
     return true;
   }
 
+  /// In a shell without a z where its column has no ground in the box.
   Vec3 dart(const Cube& box, std::uint64_t id) const {
     constexpr double per_step = 1.0 / (1 << 21);
     const double side = box.high.x - box.low.x;
@@ -126,9 +137,17 @@ class Sampler {
     const auto along = [&](double low, int shift) {
       return low + side * (static_cast<double>(bits >> shift & 0x1fffff) * per_step);
     };
-    return {along(box.low.x, 0), along(box.low.y, 21), flat ? 0 : along(box.low.z, 42)};
+    Vec3 p{along(box.low.x, 0), along(box.low.y, 21), flat ? 0 : along(box.low.z, 42)};
+    if constexpr (shell) {
+      const double top = ground_.of.top(p.x, p.y);
+      const double low = std::max(top - ground_.of.thickness, box.low.z);
+      const double high = std::min(top, box.high.z);
+      const double share = static_cast<double>(bits >> 42 & 0x1fffff) * per_step;
+      p.z = low <= high ? low + (high - low) * share : std::numeric_limits<double>::quiet_NaN();
+    }
+    return p;
   }
-  std::uint64_t seed_of(int level, int phase) const {
+  std::uint64_t seed_of(std::size_t level, int phase) const {
     return random_bits(ground_.of.seed, flat ? 2 : 3, level, phase);
   }
 
@@ -138,9 +157,10 @@ class Sampler {
   }
   /// Darts for radii of one size, in boxes of that size; for smaller radii in its halves.
   void throw_darts(const Cell& at, std::size_t size) {
-    const Cube box = cube(at, std::ldexp(side_, -static_cast<int>(size)));
-    if (!may_hold(box)) return;
-    const std::uint64_t seed = seed_of(static_cast<int>(size), 0);
+    Cube box = cube(at, sides_[size]);
+    // In a shell each dart finds out by itself: bounds cost more.
+    if ((!shell || varies_) && !may_hold(box)) return;
+    const std::uint64_t seed = seed_of(size, 0);
     const Vec3 middle = box.middle();
     double least = varies_ ? radius_at(middle) : ground_.of.radius_least;
     bool any = least > 0;
@@ -192,51 +212,70 @@ class Sampler {
     if (!enters(cell, filled)) return;
     around(cell, [&](const Cell& c) { settle(c); });
     const Cube box = cube(cell, side_);
-    gather(box);
+    const Part whole{cell, ground_.of.radius_least};
     std::vector<Part> parts;
-    open_parts({cell, ground_.of.radius_least}, 0, parts);
-    if (parts.empty()) return;
+    parts.swap(spare_);
+    parts.clear();
+    if constexpr (!shell) {  // most cells of a volume have no room, and need no others
+      gather(box);
+      open_parts(whole, 0, parts);
+      if (parts.empty()) return;
+    }
     const auto mine = color(cell);
     around(cell, [&](const Cell& c) {
       if (color(c) < mine) fill(c);
     });
     gather(box);
-    for (int level = first_level; level <= last_level_ && !parts.empty(); ++level) {
-      parts = fill_parts(parts, level);
+    // Of a shell's parts what is kept must not depend on which cells were filled before.
+    if constexpr (shell) open_parts(whole, 0, parts);
+    for (std::size_t level = first_level; level < sides_.size() && !parts.empty(); ++level) {
+      fill_parts(parts, level);
     }
+    parts.swap(spare_);
   }
   static unsigned color(const Cell& c) {
     const auto bit = [](std::int32_t v) { return static_cast<unsigned>(v) & 1U; };
     return bit(c.x) | bit(c.y) << 1 | bit(c.z) << 2;
   }
 
+  /// Near the ground of a column: nothing else that is known of it but its place matters.
+  Vec3 corner_of(const Cube& column) const {
+    const Vec3 m = column.middle();
+    double top = 0;
+    if constexpr (shell) top = ground_.of.top(m.x, m.y);
+    return {column.low.x, column.low.y, std::isfinite(top) ? top : 0};
+  }
   /// Samples that may leave no room somewhere in the box.
   void gather(const Cube& box) {
-    near_.clear();
+    near_.clear(shell ? corner_of(box) : box.low);
     const double most = ground_.of.radius_most, half = 0.5 * (box.high.x - box.low.x);
     samples_.any_near(box.middle(), most + half, [&](std::uint32_t n) {
       const auto& s = samples_.all()[n];
-      if (squared_nearest(box, s.center) < squared(s.radius + most)) near_.push_back(s);
+      if (squared_nearest(box, s.center) < squared(s.radius + most)) near_.add(s);
       return false;
     });
   }
-  /// Whether one of those near leaves no room in the whole box.
-  bool covered(const Cube& box, double radius) const {
-    return std::ranges::any_of(near_, [&](const Sample& s) {
-      return squared_farthest(box, s.center) < squared(s.radius + radius);
-    });
-  }
-  bool ruled_out(const Vec3& p, double radius) const {
-    return std::ranges::any_of(near_, [&](const Sample& s) { return conflict(s, p, radius); });
+  /// Whether there may be room in the part; its box. Of a shell the part keeps only the heights
+  /// between which there may be.
+  bool is_open(Part& part, Cube& box) const {
+    if constexpr (shell) {
+      const auto bound = [this](Cube& narrowed) { return may_hold(narrowed); };
+      if (!near_.narrow(box, part.radius_least, bound)) return false;
+      part.low = box.low.z, part.high = box.high.z;
+      return true;
+    } else {
+      return !near_.cover(box, part.radius_least) && may_hold(box);
+    }
   }
 
-  /// Parts of the first level that one of those near does not cover.
-  void open_parts(Part part, int level, std::vector<Part>& open) {
-    const Cube box = cube(part.at, std::ldexp(side_, -level));
-    if (covered(box, part.radius_least) || !may_hold(box)) return;
+  /// Parts of the first level that may have room.
+  void open_parts(Part part, std::size_t level, std::vector<Part>& open) {
+    Cube box = cube(part, sides_[level]);
+    // Columns as wide as cells have room, but for those without ground, which their halves tell.
+    if ((!shell || varies_ || level > 0) && !is_open(part, box)) return;
     if (varies_) {
       raise(part, box, box.middle(), radius_at(box.middle()));
-      if (covered(box, part.radius_least)) return;
+      if (near_.cover(box, part.radius_least)) return;
     }
     if (level == first_level) {
       open.push_back(part);
@@ -254,46 +293,53 @@ class Sampler {
     const Cell& c = part.at;
     for_each_cell<flat>({2 * c.x, 2 * c.y, 2 * c.z}, {2 * c.x + 1, 2 * c.y + 1, 2 * c.z + 1},
                         [&](const Cell& half) {
-                          visit(Part{half, part.radius_least});
+                          visit(Part{half, part.radius_least, part.low, part.high});
                         });
   }
 
-  /// A dart into each part; those accepted go among those near. The halves of parts that may still
-  /// have room.
-  std::vector<Part> fill_parts(const std::vector<Part>& parts, int level) {
-    const double side = std::ldexp(side_, -level);
+  /// A dart into each part of the first level, then into the halves of those left; those accepted
+  /// go among those near. Leaves the parts that may still have room.
+  void fill_parts(std::vector<Part>& parts, std::size_t level) {
     const std::uint64_t seed = seed_of(level, 1);
-    std::vector<Sample> darts;
-    std::vector<Part> open, halves;
-    for (auto part : parts) {
-      const Cube box = cube(part.at, side);
-      if (covered(box, part.radius_least)) continue;
-      const std::uint64_t id = random_bits(seed, part.at.x, part.at.y, part.at.z);
-      const Vec3 p = dart(box, id);
-      const double radius = radius_at(p);
-      if (radius <= 0 && forbidden(box, side)) continue;
-      if (varies_) raise(part, box, p, radius);
-      if (radius > 0 && !ruled_out(p, radius)) darts.push_back({p, radius, id});
-      open.push_back(part);
+    new_.clear(), open_.clear();
+    for (const auto& part : parts) {
+      if (level == first_level) {
+        throw_into(part, level, seed);
+      } else {
+        for_each_half(part, [&](const Part& half) { throw_into(half, level, seed); });
+      }
     }
-    std::ranges::sort(darts, std::ranges::greater(), &Sample::id);
-    for (const auto& s : darts) {
-      if (ruled_out(s.center, s.radius)) continue;
+    std::ranges::sort(new_, std::ranges::greater(), &Sample::id);
+    const auto before = near_.size();
+    for (const auto& s : new_) {
+      if (near_.rule_out(s.center, s.radius)) continue;
       samples_.add(s);
-      near_.push_back(s);
+      near_.add(s);
     }
-    for (const auto& part : open) {
-      if (covered(cube(part.at, side), part.radius_least)) continue;
-      for_each_half(part, [&](const Part& half) { halves.push_back(half); });
+    parts.clear();
+    for (const auto& part : open_) {
+      const Cube box = cube(part, sides_[level]);
+      if (!near_.cover(box, part.radius_least, varies_ ? 0 : before)) parts.push_back(part);
     }
-    return halves;
+  }
+  void throw_into(Part part, std::size_t level, std::uint64_t seed) {
+    const double side = sides_[level];
+    Cube box = cube(part, side);
+    // Those of a shell's first level are open: nothing was added since.
+    if ((!shell || level > first_level) && !is_open(part, box)) return;
+    const std::uint64_t id = random_bits(seed, part.at.x, part.at.y, part.at.z);
+    const Vec3 p = dart(box, id);
+    const double radius = radius_at(p);
+    if (radius <= 0 && forbidden(box, side)) return;
+    if (varies_) raise(part, box, p, radius);
+    if (radius > 0 && !near_.rule_out(p, radius)) new_.push_back({p, radius, id});
+    open_.push_back(part);
   }
   /// Whether no sample may lie in the box, one of whose points was not allowed: small ones are
   /// known by their corners.
   bool forbidden(const Cube& box, double side) const {
-    if (!may_hold(box)) return true;
     if (side > ground_.of.radius_least / 4) return false;
-    for (unsigned corner = 0; corner < (flat ? 4 : 8); ++corner) {
+    for (unsigned corner = 0; corner < (flat && !shell ? 4 : 8); ++corner) {
       const Vec3 p{(corner & 1) != 0 ? box.high.x : box.low.x,
                    (corner & 2) != 0 ? box.high.y : box.low.y,
                    (corner & 4) != 0 ? box.high.z : box.low.z};
@@ -305,11 +351,14 @@ class Sampler {
   Ground ground_;
   double side_;  // of a cell: as far as samples matter to each other
   bool varies_;
-  int last_level_ = 0;
+  std::vector<double> sides_;  // of the parts of each level
   Samples<flat> darts_, samples_;
   std::vector<Fate> fates_;  // of darts
   Cells<flat> state_;
-  std::vector<Sample> near_;
+  Nearby near_;
+  std::vector<Sample> new_;  // of the level that is filled
+  std::vector<Part> open_;   // of it
+  std::vector<Part> spare_;  // its memory serves the next cell
 };
 
 /// Samples of the cells that overlap the region.
@@ -340,6 +389,17 @@ std::vector<DiskSample> poisson_disk(const PoissonDisk& disks, const Box& region
   return result;
 }
 
+namespace {
+
+std::vector<SphereSample> in_order(std::vector<SphereSample> samples) {
+  std::ranges::sort(samples, {}, [](const SphereSample& s) {
+    return std::tuple(s.center.x, s.center.y, s.center.z);
+  });
+  return samples;
+}
+
+}  // namespace
+
 std::vector<SphereSample> poisson_sphere(const PoissonSphere& spheres, const Box& region) {
   assert(spheres.radius_least > 0 && spheres.radius_least <= spheres.radius_most);
   std::vector<SphereSample> result;
@@ -354,10 +414,22 @@ std::vector<SphereSample> poisson_sphere(const PoissonSphere& spheres, const Box
     }
     result.push_back({c, s.radius, s.id});
   }
-  std::ranges::sort(result, {}, [](const SphereSample& s) {
-    return std::tuple(s.center.x, s.center.y, s.center.z);
-  });
-  return result;
+  return in_order(std::move(result));
+}
+
+std::vector<SphereSample> poisson_shell(const PoissonShell& shell, const Box& region) {
+  assert(shell.radius_least > 0 && shell.radius_least <= shell.radius_most);
+  assert(shell.thickness > 0 && shell.top && shell.tops);
+  std::vector<SphereSample> result;
+  if (!(region.min.x < region.max.x && region.min.y < region.max.y)) return result;
+  for (const auto& s : sampling::samples_of(sampling::Shell{shell}, region)) {
+    const auto& c = s.center;
+    if (c.x < region.min.x || c.x >= region.max.x || c.y < region.min.y || c.y >= region.max.y) {
+      continue;
+    }
+    result.push_back({c, s.radius, s.id});
+  }
+  return in_order(std::move(result));
 }
 
 }  // namespace hoodoo

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/base/box.hpp"
+#include "engine/base/interval.hpp"
 
 namespace hoodoo {
 
@@ -59,5 +60,25 @@ struct SphereSample {
 
 /// All samples with min <= centre < max, by x, then y, then z.
 std::vector<SphereSample> poisson_sphere(const PoissonSphere& spheres, const Box& region);
+
+/// The same in a shell under a height field, top - thickness <= z <= top, which may be thinner than
+/// a sphere: far faster, as no dart falls beside it.
+struct PoissonShell {
+  std::uint64_t seed = 0;
+  double radius_least = 1, radius_most = 1;
+  std::function<double(double x, double y, double z)> radius;
+  double slope = 1;
+  double thickness = 1;                           // [m], > 0
+  std::function<double(double x, double y)> top;  // [m]; NaN where there is no shell
+  /// Between which `top` lies over x and y of a box [m]; low > high where there is none. How tight
+  /// it is decides what time is spent beside the shell, and which samples are drawn.
+  std::function<Interval(const Box&)> tops;
+};
+
+/// All samples with min <= centre < max (x and y of `region` count), by x, then y, then z.
+///
+/// Source: as of `poisson_disk`. Columns are halved in the plane; of each the heights are kept
+/// between which samples leave room.
+std::vector<SphereSample> poisson_shell(const PoissonShell& shell, const Box& region);
 
 }  // namespace hoodoo

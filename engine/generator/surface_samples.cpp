@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <unordered_map>
 
 #include "engine/base/error.hpp"
 #include "engine/base/random.hpp"
@@ -19,15 +18,23 @@ constexpr std::size_t rounds = 4;        // candidates of a cell
 constexpr int newton_steps = 3;          // of a candidate on its cell's corners
 constexpr int settle_steps = 3;          // then on the field itself
 constexpr double settled_within = 0.02;  // of F = 1/2
+constexpr std::size_t taken_at_once = 1024;  // cells, by one thread
 constexpr std::size_t most_columns = 16'000'000;
 constexpr std::int64_t farthest_cell = 1 << 20;  // what a cell's key has bits for
 
 using Cell = std::array<std::int64_t, 3>;
 
+/// For hashes.
 std::uint64_t key_of(const Cell& c) {
   std::uint64_t key = 0;
   for (const auto v : c) key = key << 21 | static_cast<std::uint64_t>(v + farthest_cell);
   return key;
+}
+
+/// What is common to many draws is mixed once: random_bits(a, b, c) is
+/// further_bits(random_bits(a, b), c).
+std::uint64_t further_bits(std::uint64_t bits, std::uint64_t next) {
+  return mix(bits ^ (next + 0x9e3779b97f4a7c15U));
 }
 
 /// F at the corners of a cell, x slowest.
@@ -50,9 +57,40 @@ Linear trilinear(const Corners& f, const Vec3& u) {
            mix(x[2] - x[0], x[3] - x[1], u.z), high - low}};
 }
 
-bool crosses(const Corners& f) {
-  const auto [low, high] = std::ranges::minmax(f);
-  return low <= 0.5 && high > 0.5;
+/// Whether the surface faces up everywhere in the cell, its normal's upward part above the root of
+/// `squared_level`: slopes lie between those of the cell's edges.
+bool is_level(const Corners& f, double squared_level) {
+  double rise = -Box::infinity, x = 0, y = 0;
+  for (std::size_t n = 0; n < 4; ++n) {
+    const std::size_t below = 2 * n, front = (n >> 1) * 4 + (n & 1);
+    rise = std::max(rise, f[below + 1] - f[below]);
+    x = std::max(x, std::abs(f[n + 4] - f[n]));
+    y = std::max(y, std::abs(f[front + 2] - f[front]));
+  }
+  return rise < 0 && rise * rise > squared_level * (rise * rise + x * x + y * y);
+}
+
+/// Calls visit(i, j, k) for the cells of a block that the surface passes through: a part of their
+/// corners is inside. The values of its points, x slowest.
+template <class Visit>
+void for_each_crossed(std::span<const float> f, const Visit& visit) {
+  constexpr auto plane = corners * corners;
+  std::array<std::uint8_t, corners * plane> inside{};
+  for (std::size_t n = 0; n < inside.size(); ++n) inside[n] = f[n] > 0.5F ? 1 : 0;
+  for (std::size_t i = 0; i + 1 < corners; ++i) {
+    for (std::size_t j = 0; j + 1 < corners; ++j) {
+      const std::uint8_t* at = &inside[i * plane + j * corners];
+      std::array<std::uint8_t, corners> sums{};  // of the four points of each height
+      for (std::size_t k = 0; k < corners; ++k) {
+        sums[k] = static_cast<std::uint8_t>(at[k] + at[corners + k] + at[plane + k] +
+                                            at[plane + corners + k]);
+      }
+      for (std::size_t k = 0; k + 1 < corners; ++k) {
+        const int sum = sums[k] + sums[k + 1];
+        if (sum > 0 && sum < 8) visit(i, j, k);
+      }
+    }
+  }
 }
 
 /// A cell that the surface passes through, and its candidates on the surface of its corners.
@@ -60,13 +98,14 @@ struct Passed {
   Cell cell;
   std::array<Vec3, rounds> at{};
   std::array<bool, rounds> good{};
-  std::array<bool, rounds> taken{};
 };
 
 class Sampler {
  public:
   Sampler(const Site& site, const SurfaceSampling& sampling)
       : site_(site), sampling_(sampling), size_(sampling.distance) {
+    const double level = 0.5 * (1 + sampling.level);
+    squared_level_ = level * level;
     for (const auto& step : site.ground().steps) {
       reaches_.push_back(tree::support(step.tree).influence);
     }
@@ -74,11 +113,9 @@ class Sampler {
 
   std::vector<SurfaceSample> run() {
     find_cells();
-    for (std::size_t i = 0; i < cells_.size(); ++i) places_.emplace(key_of(cells_[i].cell), i);
+    find_neighbours();
     for (std::size_t round = 0; round < rounds; ++round) {
-      for (std::size_t phase = 0; phase < by_phase_.size(); ++phase) {
-        for (const auto i : by_phase_[phase]) take(i, round);
-      }
+      for (const auto& cells : by_phase_) take(cells, round);
     }
     return settled();
   }
@@ -115,7 +152,13 @@ class Sampler {
       for (const auto v : cells_[i].cell)
         phase = 3 * phase + static_cast<std::size_t>(((v % 3) + 3) % 3);
       by_phase_[phase].push_back(i);
+      std::uint8_t good = 0;
+      for (std::size_t n = 0; n < rounds; ++n) {
+        if (cells_[i].good[n]) good |= static_cast<std::uint8_t>(1U << n);
+      }
+      good_.push_back(good);
     }
+    taken_.assign(cells_.size(), 0);
   }
 
   void find_in_column(std::int64_t bx, std::int64_t by, const Box& box,
@@ -165,26 +208,27 @@ class Sampler {
     std::vector<float> f(corners * corners * corners);
     field.grid({along, along, along}, f);
     const auto before = into.size();
-    for (std::size_t i = 0; i + 1 < corners; ++i) {
-      for (std::size_t j = 0; j + 1 < corners; ++j) {
-        for (std::size_t k = 0; k + 1 < corners; ++k) {
-          Corners c{};
-          for (std::size_t n = 0; n < 8; ++n) {
-            c[n] = static_cast<double>(
-                f[((i + (n >> 2)) * corners + j + (n >> 1 & 1)) * corners + k + (n & 1)]);
-          }
-          if (!crosses(c)) continue;
-          Passed passed{{first[0] + static_cast<std::int64_t>(i),
-                         first[1] + static_cast<std::int64_t>(j),
-                         first[2] + static_cast<std::int64_t>(k)}};
-          const Vec3 corner =
-              low +
-              Vec3{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)} * size_;
-          if (draw(c, corner, windows, passed)) into.push_back(passed);
-        }
+    for_each_crossed(f, [&](std::size_t i, std::size_t j, std::size_t k) {
+      Corners c{};
+      for (std::size_t n = 0; n < 8; ++n) {
+        c[n] = static_cast<double>(
+            f[((i + (n >> 2)) * corners + j + (n >> 1 & 1)) * corners + k + (n & 1)]);
       }
-    }
+      if (is_level(c, squared_level_)) return;
+      Passed passed{{first[0] + static_cast<std::int64_t>(i),
+                     first[1] + static_cast<std::int64_t>(j),
+                     first[2] + static_cast<std::int64_t>(k)}};
+      const Vec3 corner =
+          low +
+          Vec3{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)} * size_;
+      if (draw(c, corner, windows, passed)) into.push_back(passed);
+    });
     settle(field, low, std::span(into).subspan(before));
+    const auto settled = into.begin() + static_cast<std::ptrdiff_t>(before);
+    into.erase(
+        std::remove_if(settled, into.end(),
+                       [](const Passed& p) { return std::ranges::count(p.good, true) == 0; }),
+        into.end());
   }
 
   /// Candidates moved to F = 1/2 itself; those that leave their cells are none.
@@ -237,12 +281,12 @@ class Sampler {
   /// Candidates by hash, drawn to the surface within the cell. False: none is there.
   bool draw(const Corners& f, const Vec3& corner, std::span<const dem::Window> windows,
             Passed& into) const {
-    const auto key = key_of(into.cell);
+    const auto of_cell = random_bits(sampling_.seed, key_of(into.cell));
     bool any = false;
     for (std::size_t n = 0; n < rounds; ++n) {
-      Vec3 u{unit_real(random_bits(sampling_.seed, key, n, 0)),
-             unit_real(random_bits(sampling_.seed, key, n, 1)),
-             unit_real(random_bits(sampling_.seed, key, n, 2))};
+      const auto own = further_bits(of_cell, n);
+      Vec3 u{unit_real(further_bits(own, 0)), unit_real(further_bits(own, 1)),
+             unit_real(further_bits(own, 2))};
       bool on = false;
       for (int step = 0; step < newton_steps; ++step) {
         const auto at = trilinear(f, u);
@@ -251,6 +295,7 @@ class Sampler {
         const Vec3 moved = u - at.slope * (off / steep);
         on = moved.x >= 0 && moved.x < 1 && moved.y >= 0 && moved.y < 1 && moved.z >= 0 &&
              moved.z < 1;
+        on = on && (at.slope.z >= 0 || at.slope.z * at.slope.z <= squared_level_ * steep);
         u = {std::clamp(moved.x, 0.0, 1.0), std::clamp(moved.y, 0.0, 1.0),
              std::clamp(moved.z, 0.0, 1.0)};
       }
@@ -262,36 +307,61 @@ class Sampler {
     return any;
   }
 
-  bool is_free(const Cell& cell, const Vec3& p) const {
-    Cell c{};
-    for (c[0] = cell[0] - 1; c[0] <= cell[0] + 1; ++c[0]) {
-      for (c[1] = cell[1] - 1; c[1] <= cell[1] + 1; ++c[1]) {
-        for (c[2] = cell[2] - 1; c[2] <= cell[2] + 1; ++c[2]) {
-          const auto found = places_.find(key_of(c));
-          if (found == places_.end()) continue;
-          const auto& other = cells_[found->second];
-          for (std::size_t n = 0; n < rounds; ++n) {
-            if (!other.taken[n]) continue;
-            const Vec3 d = other.at[n] - p;
-            if (dot(d, d) < size_ * size_) return false;
-          }
+  /// Lists for each cell those around it and itself. The cells are in order, so that of one of the
+  /// nine columns around a cell those of its height follow each other, after those of any cell
+  /// before it.
+  void find_neighbours() {
+    std::array<std::size_t, 9> from{};
+    neighbours_from_.reserve(cells_.size() + 1);
+    for (const auto& passed : cells_) {
+      neighbours_from_.push_back(neighbours_.size());
+      const auto [x, y, z] = passed.cell;
+      for (std::size_t n = 0; n < from.size(); ++n) {
+        const Cell low{x + static_cast<std::int64_t>(n / 3) - 1,
+                       y + static_cast<std::int64_t>(n % 3) - 1, z - 1};
+        const Cell high{low[0], low[1], z + 1};
+        while (from[n] < cells_.size() && cells_[from[n]].cell < low) ++from[n];
+        for (auto i = from[n]; i < cells_.size() && cells_[i].cell <= high; ++i) {
+          neighbours_.push_back(static_cast<std::uint32_t>(i));
         }
+      }
+    }
+    neighbours_from_.push_back(neighbours_.size());
+  }
+
+  bool is_free(std::size_t cell, const Vec3& p) const {
+    for (auto i = neighbours_from_[cell]; i < neighbours_from_[cell + 1]; ++i) {
+      const unsigned taken = taken_[neighbours_[i]];
+      if (taken == 0) continue;
+      const auto& other = cells_[neighbours_[i]];
+      for (std::size_t n = 0; n < rounds; ++n) {
+        if ((taken >> n & 1U) == 0) continue;
+        const Vec3 d = other.at[n] - p;
+        if (dot(d, d) < size_ * size_) return false;
       }
     }
     return true;
   }
 
+  /// Of cells of one phase none is around another: they are taken side by side.
+  void take(std::span<const std::size_t> cells, std::size_t round) {
+    site_.in_parallel((cells.size() + taken_at_once - 1) / taken_at_once, [&](std::size_t part) {
+      const auto rest = cells.subspan(part * taken_at_once);
+      for (const auto i : rest.first(std::min(rest.size(), taken_at_once))) take(i, round);
+    });
+  }
   void take(std::size_t i, std::size_t round) {
-    auto& passed = cells_[i];
-    if (passed.good[round] && is_free(passed.cell, passed.at[round])) passed.taken[round] = true;
+    if ((good_[i] >> round & 1U) == 0 || !is_free(i, cells_[i].at[round])) return;
+    taken_[i] |= static_cast<std::uint8_t>(1U << round);
   }
 
   /// The samples in the box, with the field's own normal.
   std::vector<SurfaceSample> settled() const {
     std::vector<Vec3> at;
-    for (const auto& passed : cells_) {
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
       for (std::size_t n = 0; n < rounds; ++n) {
-        if (passed.taken[n] && sampling_.box.contains(passed.at[n])) at.push_back(passed.at[n]);
+        const bool taken = (taken_[i] >> n & 1U) != 0;
+        if (taken && sampling_.box.contains(cells_[i].at[n])) at.push_back(cells_[i].at[n]);
       }
     }
     const auto values = site_.values(at);
@@ -306,9 +376,13 @@ class Sampler {
   const Site& site_;
   const SurfaceSampling& sampling_;
   double size_;
+  double squared_level_;      // no candidate where the corners are far more level than asked for
   std::vector<Box> reaches_;  // of the steps so far
   std::vector<Passed> cells_;
-  std::unordered_map<std::uint64_t, std::size_t> places_;
+  // A bit for each candidate of a cell: small, as it is asked for far more often than their places.
+  std::vector<std::uint8_t> good_, taken_;
+  std::vector<std::uint32_t> neighbours_;     // of the first cell, then of the next, and so on
+  std::vector<std::size_t> neighbours_from_;  // where those of a cell begin
   std::array<std::vector<std::size_t>, 27> by_phase_;
 };
 

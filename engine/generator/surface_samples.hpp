@@ -12,8 +12,9 @@ struct SurfaceSampling {
   Box box;              // samples lie in it [m]
   double distance = 1;  // the least between two samples [m]
   std::uint64_t seed = 0;
-  double level =
-      1;  // no sample where the normal's upward part is greater: ground that is too level
+  /// No sample where the normal's upward part is greater: ground that is too level. Nor where the
+  /// cell's corners say that it is halfway from this to 1 or beyond, whatever is within the cell.
+  double level = 1;
   std::function<bool(const Box&)> wanted{};   // of a column of blocks; none: every one
   std::function<bool(const Vec3&)> within{};  // of a place; none: every one
 };

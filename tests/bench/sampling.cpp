@@ -1,9 +1,9 @@
 #include "tests/bench/sampling.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "engine/base/random.hpp"
@@ -17,7 +17,7 @@ namespace {
 constexpr double extent = 5200, thickness = 8;  // [m] of Karst in Paris et al. 2019, table 1
 constexpr double sphere_radius = 5.99;          // [m] makes about its 165,773 spheres
 
-/// A height field with the least and greatest height of ever larger squares of its cells.
+/// A height field, bilinear between the corners of its cells.
 class Surface {
  public:
   Surface() {
@@ -27,76 +27,55 @@ class Surface {
                                          fractal(static_cast<float>(i), static_cast<float>(j))));
       }
     }
-    levels_.push_back({cells, {}});
-    for (int j = 0; j < cells; ++j) {
-      for (int i = 0; i < cells; ++i) {
-        const auto [low, high] =
-            std::minmax({at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)});
-        levels_[0].ranges.emplace_back(low, high);
-      }
-    }
-    while (levels_.back().side > 1) levels_.push_back(halved(levels_.back()));
   }
 
   double height(double x, double y) const {
-    const double u = std::clamp(x / cell, 0.0, cells - 1e-6),
-                 v = std::clamp(y / cell, 0.0, cells - 1e-6);
+    const double u = along(x), v = along(y);
     const int i = static_cast<int>(u), j = static_cast<int>(v);
-    const double s = u - i, t = v - j;
-    return (at(i, j) * (1 - s) + at(i + 1, j) * s) * (1 - t) +
-           (at(i, j + 1) * (1 - s) + at(i + 1, j + 1) * s) * t;
+    return between(i, j, u - i, v - j);
   }
-  bool in_shell(double x, double y, double z) const {
-    const double h = height(x, y);
-    return z <= h && z >= h - thickness;
-  }
-  /// Whether the shell may pass through the box, by at most nine squares.
-  bool may_meet(const Box& box) const {
-    const auto index = [](double v) {
-      return static_cast<int>(std::clamp(v / cell, 0.0, cells - 1.0));
-    };
-    int i1 = index(box.min.x), i2 = index(box.max.x), j1 = index(box.min.y), j2 = index(box.max.y);
-    std::size_t level = 0;
-    for (; std::max(i2 - i1, j2 - j1) > 2; ++level) i1 /= 2, i2 /= 2, j1 /= 2, j2 /= 2;
-    const auto& squares = levels_[level];
-    double low = Box::infinity, high = -Box::infinity;
-    for (int j = j1; j <= j2; ++j) {
-      for (int i = i1; i <= i2; ++i) {
-        const auto& range = squares.ranges[static_cast<std::size_t>(j * squares.side + i)];
-        low = std::min(low, range.first), high = std::max(high, range.second);
-      }
+  /// The least and greatest height over a box: of its corners, and of where it meets the lines
+  /// between cells.
+  Interval heights(const Box& box) const {
+    Interval all{Box::infinity, -Box::infinity};
+    const double u0 = along(box.min.x), v0 = along(box.min.y);
+    const double u1 = along(box.max.x), v1 = along(box.max.y);
+    const int x = static_cast<int>(u0), y = static_cast<int>(v0);
+    if (u1 <= x + 1 && v1 <= y + 1) {  // within a cell
+      const double z = at(x, y), along_x = at(x + 1, y) - z, along_y = at(x, y + 1) - z;
+      const double twist = at(x + 1, y + 1) - z - along_x - along_y;
+      const auto row = [&](double t) -> std::array<double, 2> {
+        const double from = z + t * along_y, rise = along_x + t * twist;
+        return {from + (u0 - x) * rise, from + (u1 - x) * rise};
+      };
+      const auto [a, b] = row(v0 - y);
+      const auto [c, d] = row(v1 - y);
+      return {std::min(std::min(a, b), std::min(c, d)), std::max(std::max(a, b), std::max(c, d))};
     }
-    return box.max.z >= low - thickness && box.min.z <= high;
+    for (double v = v0;; v = std::min(std::floor(v) + 1, v1)) {
+      const int j = static_cast<int>(v);
+      for (double u = u0;; u = std::min(std::floor(u) + 1, u1)) {
+        const int i = static_cast<int>(u);
+        const double h = between(i, j, u - i, v - j);
+        all = {std::min(all.low, h), std::max(all.high, h)};
+        if (u >= u1) break;
+      }
+      if (v >= v1) return all;
+    }
   }
 
  private:
   static constexpr int cells = 1300;
   static constexpr double cell = extent / cells;
-  struct Level {
-    int side;
-    std::vector<std::pair<double, double>> ranges;
-  };
 
-  double at(int i, int j) const { return z_[static_cast<std::size_t>(j * (cells + 1) + i)]; }
-  static Level halved(const Level& fine) {
-    Level coarse{(fine.side + 1) / 2, {}};
-    for (int j = 0; j < coarse.side; ++j) {
-      for (int i = 0; i < coarse.side; ++i) {
-        std::pair<double, double> range{Box::infinity, -Box::infinity};
-        for (int y = 2 * j; y < std::min(2 * j + 2, fine.side); ++y) {
-          for (int x = 2 * i; x < std::min(2 * i + 2, fine.side); ++x) {
-            const auto& part = fine.ranges[static_cast<std::size_t>(y * fine.side + x)];
-            range = {std::min(range.first, part.first), std::max(range.second, part.second)};
-          }
-        }
-        coarse.ranges.push_back(range);
-      }
-    }
-    return coarse;
+  double between(int i, int j, double s, double t) const {
+    const double low = at(i, j), right = at(i + 1, j), up = at(i, j + 1);
+    return low + s * (right - low) + t * (up - low + s * (at(i + 1, j + 1) - up - right + low));
   }
+  static double along(double v) { return std::clamp(v / cell, 0.0, cells - 1e-6); }
+  double at(int i, int j) const { return z_[static_cast<std::size_t>(j * (cells + 1) + i)]; }
 
   std::vector<double> z_;
-  std::vector<Level> levels_;
 };
 
 /// Darts one after the other, each kept if none before it lies too near: cells that hold one sphere
@@ -160,26 +139,23 @@ class PlainDarts {
 
 void compare_sampling() {
   const Surface surface;
-  PoissonSphere spheres;
-  spheres.seed = 1;
-  spheres.radius_least = spheres.radius_most = sphere_radius;
-  spheres.radius = [&](double x, double y, double z) {
-    return surface.in_shell(x, y, z) ? sphere_radius : 0;
-  };
-  spheres.may_hold = [&](const Box& box) { return surface.may_meet(box); };
-  std::size_t count = poisson_sphere(spheres, {{0, 0, -100}, {extent, extent, 500}}).size();
+  PoissonShell shell;
+  shell.seed = 1;
+  shell.radius_least = shell.radius_most = sphere_radius;
+  shell.thickness = thickness;
+  shell.top = [&](double x, double y) { return surface.height(x, y); };
+  shell.tops = [&](const Box& box) { return surface.heights(box); };
+  const Box region{{0, 0, 0}, {extent, extent, 0}};
+  std::size_t count = poisson_shell(shell, region).size();
   const std::size_t wanted = count * 3 / 4;
   std::size_t plain_count = 0;
   std::int64_t thrown = 0;
-  const auto [seconds, plain] = median_seconds(
-      [&] {
-        count = poisson_sphere(spheres, {{0, 0, -100}, {extent, extent, 500}}).size();
-      },
-      [&] {
-        PlainDarts darts(surface, sphere_radius);
-        thrown = darts.run(wanted, 20'000'000);
-        plain_count = darts.size();
-      });
+  const auto [seconds, plain] = median_seconds([&] { count = poisson_shell(shell, region).size(); },
+                                               [&] {
+                                                 PlainDarts darts(surface, sphere_radius);
+                                                 thrown = darts.run(wanted, 20'000'000);
+                                                 plain_count = darts.size();
+                                               });
   fmt::print("spheres of {} m in a shell of {} m over {} x {} m\n", sphere_radius, thickness,
              extent, extent);
   fmt::print("  ours, maximal: {} spheres {:.3f} s\n", count, seconds);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <map>
 #include <thread>
 #include <tuple>
@@ -159,6 +160,136 @@ TEST(PoissonSphere, FillsAShellUnderASurface) {
   EXPECT_EQ(room, 0);
 }
 
+double wavy(double x, double y) { return 4 * std::sin(0.1 * x) + 3 * std::sin(0.13 * y); }
+
+/// 3 m under the wavy surface, but for a hole in it.
+PoissonShell wavy_shell() {
+  PoissonShell shell;
+  shell.seed = 6;
+  shell.thickness = 3;
+  shell.top = [](double x, double y) {
+    return x * x + y * y < 36 ? std::numeric_limits<double>::quiet_NaN() : wavy(x, y);
+  };
+  shell.tops = [](const Box& box) -> Interval {
+    const double far_x = std::max(-box.min.x, box.max.x), far_y = std::max(-box.min.y, box.max.y);
+    if (far_x * far_x + far_y * far_y < 36) return {1, -1};
+    const double half_x = 0.5 * (box.max.x - box.min.x), half_y = 0.5 * (box.max.y - box.min.y);
+    const double middle = wavy(box.min.x + half_x, box.min.y + half_y);
+    const double rise = 0.4 * half_x + 0.39 * half_y;
+    return {middle - rise, middle + rise};
+  };
+  return shell;
+}
+
+double radius_of(const PoissonShell& shell, const Vec3& p) {
+  if (std::isnan(p.z)) return 0;
+  return shell.radius ? shell.radius(p.x, p.y, p.z) : shell.radius_least;
+}
+
+/// Of a million darts into the shell's columns, those that fall where they may, and those that
+/// find room there.
+std::array<int, 2> darts(const PoissonShell& shell, const Neighbourhood& all, double from,
+                         double to) {
+  std::array<int, 2> result{};
+  for (int n = 0; n < million; ++n) {
+    const auto real = [n](int axis) { return unit_real(random_bits(8, n, axis)); };
+    const double x = from + (to - from) * real(0), y = from + (to - from) * real(1);
+    const Vec3 p{x, y, shell.top(x, y) - shell.thickness * real(2)};
+    const double r = radius_of(shell, p);
+    if (r <= 0) continue;
+    ++result[0];
+    result[1] += static_cast<int>(all.conflicts(p, r) == 0);
+  }
+  return result;
+}
+
+/// Samples lie in the shell, keep the sum of their radii, and leave no room.
+void expect_maximal(const PoissonShell& shell) {
+  const auto samples = poisson_shell(shell, {{-40, -40, 0}, {40, 40, 0}});
+  EXPECT_GT(samples.size(), 500U);
+  for (const auto& s : samples) {
+    const double depth = shell.top(s.center.x, s.center.y) - s.center.z;
+    EXPECT_GE(depth, -1e-9);
+    EXPECT_LE(depth, shell.thickness + 1e-9);
+    EXPECT_EQ(s.radius, radius_of(shell, s.center));
+  }
+  const auto balls = balls_of(samples);
+  const Neighbourhood all(balls, shell.radius_most);
+  EXPECT_EQ(all.pairs(), 0);
+  const auto [thrown, room] = darts(shell, all, -34, 34);
+  EXPECT_GT(thrown, million / 2);
+  EXPECT_EQ(room, 0);
+}
+
+TEST(PoissonShell, OfOneRadiusKeepsItsDistanceAndLeavesNoRoom) { expect_maximal(wavy_shell()); }
+
+TEST(PoissonShell, OfThreefoldRadiiKeepsTheSumOfBothAndLeavesNoRoom) {
+  auto shell = wavy_shell();
+  shell.radius_most = 3;
+  shell.radius = [](double x, double y, double z) {
+    return 1 + 2 * (0.5 + 0.5 * std::clamp(0.03 * (x - 0.5 * y + z), -1.0, 1.0));
+  };
+  expect_maximal(shell);
+}
+
+TEST(PoissonShell, FillsOnlyWhatItsRadiusAllows) {
+  auto shell = wavy_shell();
+  shell.radius = [](double x, double y, double) { return x + y > 3 ? 1.0 : -1.0; };
+  for (const auto& s : poisson_shell(shell, {{-40, -40, 0}, {40, 40, 0}})) {
+    EXPECT_GT(s.center.x + s.center.y, 3);
+  }
+  const auto balls = balls_of(poisson_shell(shell, {{-40, -40, 0}, {40, 40, 0}}));
+  const auto [thrown, room] = darts(shell, Neighbourhood(balls, 1), -38, 38);
+  EXPECT_GT(thrown, million / 4);
+  EXPECT_EQ(room, 0);
+}
+
+/// The samples of a square cut into so many times so many, put together by two threads.
+std::vector<SphereSample> in_tiles(const PoissonShell& shell, int tiles) {
+  std::array<std::vector<SphereSample>, 2> parts;
+  {
+    std::vector<std::jthread> pool;
+    for (int t = 0; t < 2; ++t) {
+      pool.emplace_back([&, t] {
+        const double side = 80.0 / tiles;
+        for (int n = t; n < tiles * tiles; n += 2) {
+          const double x = -40 + side * (n % tiles), y = -40 + side * (n / tiles);
+          const auto part = poisson_shell(shell, {{x, y, 0}, {x + side, y + side, 0}});
+          auto& own = parts[static_cast<std::size_t>(t)];
+          own.insert(own.end(), part.begin(), part.end());
+        }
+      });
+    }
+  }
+  auto all = parts[0];
+  all.insert(all.end(), parts[1].begin(), parts[1].end());
+  std::ranges::sort(all, {}, [](const SphereSample& s) {
+    return std::tuple(s.center.x, s.center.y, s.center.z);
+  });
+  return all;
+}
+
+TEST(PoissonShell, IsTheSameHoweverThePlaneIsCut) {
+  auto shell = wavy_shell();
+  for (const bool varies : {false, true}) {
+    if (varies) {
+      shell.radius_most = 3;
+      shell.slope = 0.1;
+      shell.radius = [](double x, double, double z) {
+        return std::clamp(2 + 0.04 * x + 0.05 * z, 1.0, 3.0);
+      };
+    }
+    const auto whole = poisson_shell(shell, {{-40, -40, 0}, {40, 40, 0}});
+    EXPECT_GT(whole.size(), 200U);
+    EXPECT_EQ(in_tiles(shell, 1), whole);
+    EXPECT_EQ(in_tiles(shell, 4), whole);
+    EXPECT_EQ(in_tiles(shell, 7), whole);
+  }
+  const auto before = poisson_shell(shell, {{-40, -40, 0}, {40, 40, 0}});
+  shell.seed = 7;
+  EXPECT_NE(poisson_shell(shell, {{-40, -40, 0}, {40, 40, 0}}), before);
+}
+
 /// The samples of a square cut into so many times so many, put together by any number of threads.
 std::vector<DiskSample> in_tiles(const PoissonDisk& disks, int tiles, unsigned threads) {
   std::vector<std::vector<DiskSample>> parts(threads);
@@ -247,6 +378,23 @@ TEST(PoissonDisk, HasTheSpectrumOfBlueNoise) {
   disks.seed = 21;
   constexpr double side = 100, per_distance = 1 / 2.0;  // 1 / (2 r)
   const auto samples = poisson_disk(disks, {{0, 0, 0}, {side, side, 0}});
+  EXPECT_LT(mean_power(samples, side, 0, 0.5 * per_distance), 0.12);
+  EXPECT_NEAR(mean_power(samples, side, 2 * per_distance, 2.2 * per_distance), 1, 0.25);
+  EXPECT_NEAR(mean_power(samples, side, 3 * per_distance, 3.1 * per_distance), 1, 0.25);
+}
+
+TEST(PoissonShell, SoThinThatItIsAPlaneHasTheSpectrumOfBlueNoise) {
+  PoissonShell shell;
+  shell.seed = 22;
+  shell.thickness = 0.01;
+  shell.top = [](double, double) { return 5; };
+  shell.tops = [](const Box&) -> Interval { return {5, 5}; };
+  constexpr double side = 100, per_distance = 1 / 2.0;  // 1 / (2 r)
+  std::vector<DiskSample> samples;
+  for (const auto& s : poisson_shell(shell, {{0, 0, 0}, {side, side, 0}})) {
+    samples.push_back({s.center.x, s.center.y, s.radius, s.id});
+  }
+  EXPECT_NEAR(static_cast<double>(samples.size()) * pi / (side * side), 0.547, 0.012);
   EXPECT_LT(mean_power(samples, side, 0, 0.5 * per_distance), 0.12);
   EXPECT_NEAR(mean_power(samples, side, 2 * per_distance, 2.2 * per_distance), 1, 0.25);
   EXPECT_NEAR(mean_power(samples, side, 3 * per_distance, 3.1 * per_distance), 1, 0.25);

@@ -1,0 +1,150 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "engine/base/sample_cells.hpp"
+#include "engine/base/vector.hpp"
+
+/// What room samples leave in boxes, for sampling.cpp.
+namespace hoodoo::sampling {
+
+struct Cube {  // a square in the plane, a square column in a shell
+  Vec3 low, high;
+  Vec3 middle() const { return (low + high) * 0.5; }
+};
+
+inline double squared_farthest(const Cube& b, const Vec3& p) {
+  const auto far = [](double low, double high, double v) {
+    return squared(std::max(high - v, v - low));
+  };
+  return far(b.low.x, b.high.x, p.x) + far(b.low.y, b.high.y, p.y) + far(b.low.z, b.high.z, p.z);
+}
+inline double squared_nearest(const Cube& b, const Vec3& p) {
+  const auto near = [](double low, double high, double v) {
+    return squared(std::max(std::max(low - v, v - high), 0.0));
+  };
+  return near(b.low.x, b.high.x, p.x) + near(b.low.y, b.high.y, p.y) + near(b.low.z, b.high.z, p.z);
+}
+
+/// The samples that can matter to a cell. Boxes in it are compared with many at once, in single
+/// precision from the cell on: each sample is taken for smaller than it is by more than the
+/// rounding. Points are compared exactly.
+class Nearby {
+ public:
+  /// Forgets all; from now on of a cell that has this corner.
+  void clear(const Vec3& corner) {
+    samples_.clear();
+    for (auto* list : {&x_, &y_, &z_, &radius_, &left_}) list->clear();
+    corner_ = corner;
+  }
+  void add(const Sample& s) {
+    const auto n = samples_.size();
+    samples_.push_back(s);
+    if (n % lanes == 0) {  // those without a sample are too far to matter
+      for (auto* list : {&x_, &y_, &z_, &radius_}) list->resize(n + lanes, 1e18F);
+      std::fill(radius_.end() - lanes, radius_.end(), 0.0F);
+      left_.resize(n + lanes);
+    }
+    const Vec3 p = s.center - corner_;
+    x_[n] = static_cast<float>(p.x), y_[n] = static_cast<float>(p.y);
+    z_[n] = static_cast<float>(p.z), radius_[n] = static_cast<float>(s.radius);
+  }
+
+  /// Whether a sample lies too near to a sample of that radius there.
+  bool rule_out(const Vec3& p, double radius) const {
+    return std::ranges::any_of(samples_, [&](const Sample& s) { return conflict(s, p, radius); });
+  }
+
+  std::size_t size() const { return samples_.size(); }
+
+  /// Whether one of them, at least of those after the first `known`, leaves no room in the whole
+  /// box to radii from that on.
+  bool cover(const Cube& box, double radius, std::size_t known = 0) const {
+    if (known == samples_.size()) return false;
+    const Extent of(box, corner_);
+    const auto r = static_cast<float>(radius);
+    for (std::size_t first = known / lanes * lanes; first < x_.size(); first += lanes) {
+      unsigned found = 0;
+      for (std::size_t n = first; n < first + lanes; ++n) {
+        const float dx = std::abs(x_[n] - of.x) + of.half_x,
+                    dy = std::abs(y_[n] - of.y) + of.half_y,
+                    dz = std::abs(z_[n] - of.z) + of.half_z, reach = (radius_[n] + r) * shrunk;
+        found |= static_cast<unsigned>(dx * dx + dy * dy + dz * dz < reach * reach);
+      }
+      if (found != 0) return true;
+    }
+    return false;
+  }
+
+  /// Takes from a column's top and bottom what samples leave no room in, and before what `bound`
+  /// says of them. False: nothing is left.
+  template <class Bound>
+  bool narrow(Cube& box, double radius, const Bound& bound) const {
+    if (!find_left(box, static_cast<float>(radius)) || !bound(box)) return false;
+    auto low = static_cast<float>(box.low.z - corner_.z);
+    auto high = static_cast<float>(box.high.z - corner_.z);
+    const float bottom = low, top = high;
+    covered_.clear();
+    for (std::size_t n = 0; n < samples_.size(); ++n) {
+      if (left_[n] <= 0) continue;
+      const float half = std::sqrt(left_[n]);
+      covered_.push_back({z_[n] - half, z_[n] + half});
+    }
+    for (bool moved = true; moved && low <= high;) {
+      moved = false;
+      for (const auto& [from, to] : covered_) {
+        if (from <= low && to > low) low = to, moved = true;
+        if (to >= high && from < high) high = from, moved = true;
+      }
+    }
+    if (low > high) return false;
+    if (low > bottom) box.low.z = corner_.z + static_cast<double>(low);
+    if (high < top) box.high.z = corner_.z + static_cast<double>(high);
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t lanes = 8;
+  static constexpr float shrunk = 1 - 1e-5F;
+
+  struct Extent {
+    Extent(const Cube& box, const Vec3& corner) {
+      const Vec3 m = box.middle() - corner, half = (box.high - box.low) * 0.5;
+      x = static_cast<float>(m.x), y = static_cast<float>(m.y), z = static_cast<float>(m.z);
+      half_x = static_cast<float>(half.x), half_y = static_cast<float>(half.y);
+      half_z = static_cast<float>(half.z);
+    }
+    float x, y, z, half_x, half_y, half_z;
+  };
+
+  /// Of each sample, the square of how far above and below it leaves no room to any place of the
+  /// column; negative: it leaves some beside. False: one covers the whole box.
+  bool find_left(const Cube& box, float radius) const {
+    const Extent of(box, corner_);
+    for (std::size_t first = 0; first < x_.size(); first += lanes) {
+      const float *x = &x_[first], *y = &y_[first], *z = &z_[first], *r = &radius_[first];
+      std::array<float, lanes> left{};  // apart from the lists, so that the loop is done at once
+      unsigned found = 0;
+      for (std::size_t n = 0; n < lanes; ++n) {
+        const float dx = std::abs(x[n] - of.x) + of.half_x, dy = std::abs(y[n] - of.y) + of.half_y,
+                    dz = std::abs(z[n] - of.z) + of.half_z, reach = (r[n] + radius) * shrunk;
+        left[n] = reach * reach - dx * dx - dy * dy;
+        found |= static_cast<unsigned>(dz * dz < left[n]);
+      }
+      if (found != 0) return false;
+      std::ranges::copy(left, &left_[first]);
+    }
+    return true;
+  }
+
+  Vec3 corner_;
+  std::vector<Sample> samples_;
+  std::vector<float> x_, y_, z_, radius_;  // of whole lanes
+  mutable std::vector<float> left_;        // by find_left
+  mutable std::vector<std::array<float, 2>> covered_;
+};
+
+}  // namespace hoodoo::sampling
