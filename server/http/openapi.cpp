@@ -1,6 +1,11 @@
 #include "server/http/openapi.hpp"
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace hoodoo::http {
@@ -244,6 +249,39 @@ json paths() {
                                           {path_parameter("tileset", "Which tileset"), name})}};
 }
 
+/// What readers of the document sort operations by: the first part of their path, where it is one
+/// of these, and else the first of them.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> tags{
+    {{"service", "What there is, and how it fares"},
+     {"processes", "What can be done"},
+     {"jobs", "What is being done, and what came of it"},
+     {"tilesets", "What was done before"},
+     {"assets", "Files to work on"}}};
+std::string_view tag_of(std::string_view path) {
+  const auto found = std::ranges::find_if(
+      tags, [&](const auto& tag) { return path.substr(1).starts_with(tag.first); });
+  if (path.starts_with("/uploads")) return "assets";
+  return found == tags.end() ? tags.front().first : found->first;
+}
+json tag_list() {
+  json all = json::array();
+  for (const auto& [name, what] : tags) all.push_back({{"name", name}, {"description", what}});
+  return all;
+}
+
+/// What holds of every operation: none needs a key but those that say so, and each may be refused.
+json with_defaults(json paths) {
+  for (auto& [path, operations] : paths.items()) {
+    for (auto& operation : operations) {
+      operation["tags"] = json::array({tag_of(path)});
+      operation["description"] = operation["summary"].get<std::string>() + ".";
+      if (!operation.contains("security")) operation["security"] = json::array();
+      operation["responses"]["4XX"] = operation["responses"]["default"];
+    }
+  }
+  return paths;
+}
+
 }  // namespace
 
 json openapi(const std::string& base) {
@@ -253,10 +291,12 @@ json openapi(const std::string& base) {
        {{"title", "hoodoo"},
         {"description", "Bakes terrain with real three-dimensional landforms."},
         {"version", HOODOO_VERSION},
+        {"contact", {{"name", "The service"}, {"url", base}}},
         {"license",
          {{"name", "Apache 2.0"}, {"url", "https://www.apache.org/licenses/LICENSE-2.0"}}}}},
       {"servers", json::array({json{{"url", base}}})},
-      {"paths", paths()},
+      {"tags", tag_list()},
+      {"paths", with_defaults(paths())},
       {"components",
        {{"schemas", json::parse(schemas)},
         {"securitySchemes",
