@@ -4,6 +4,7 @@
 
 #include <condition_variable>
 #include <csignal>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
@@ -52,6 +53,17 @@ json report_of(const Ended& ended, int different = 0) {
   }
 }
 
+/// A process that something else killed, be it the kernel for want of memory or somebody by hand,
+/// is started again: what it had finished stays, and the same bytes come of it.
+Ended run_on(const Commands& commands, const Arguments& arguments, const Work& work,
+             const std::function<void(std::string_view line)>& on_line = {}) {
+  constexpr int most_starts = 3;
+  for (int start = 1;; ++start) {
+    auto ended = run_child(arguments, commands.limits, work.stop, on_line);
+    if (ended.signal != SIGKILL || ended.stopped || start == most_starts) return ended;
+  }
+}
+
 void add_sources(const Commands& commands, Arguments& arguments) {
   if (commands.roots.empty()) return;
   arguments.insert(arguments.end(), {"--base", commands.roots.front().string()});
@@ -79,7 +91,7 @@ Outcome bake(const Commands& commands, const Work& work) {
   if (!commands.cache.empty()) {
     arguments.insert(arguments.end(), {"--cache", commands.cache.string()});
   }
-  const auto ended = run_child(arguments, commands.limits, work.stop, [&](std::string_view line) {
+  const auto ended = run_on(commands, arguments, work, [&](std::string_view line) {
     try {
       work.progress(progress_from(parse_json(line, "")));
     } catch (const Error&) {  // a warning, or the last line, which tells why it failed
@@ -123,7 +135,7 @@ Outcome analyze(const Commands& commands, const Work& work) {
     arguments.insert(arguments.end(), {"--" + name, (out / (name + ending)).string()});
   }
   arguments.insert(arguments.end(), {"--routing", work.inputs.at("routing").get<std::string>()});
-  auto report = report_of(run_child(arguments, commands.limits, work.stop, {}));
+  auto report = report_of(run_on(commands, arguments, work));
   report.erase("written");  // names of this machine
   return finished(std::move(report));
 }
@@ -141,7 +153,7 @@ Outcome diff(const Commands& commands, const Work& work) {
                             "--html",
                             page.string()};
   constexpr int different = 1;
-  return finished(report_of(run_child(arguments, commands.limits, work.stop, {}), different));
+  return finished(report_of(run_on(commands, arguments, work), different));
 }
 
 /// For clients under test: gives back what it is given, after a pause.

@@ -20,7 +20,8 @@ struct Commands {
 
   /// All problems of a scene in `file`. Errors: as a bake's.
   std::vector<Problem> check(const std::filesystem::path& file) const;
-  /// Carries out one job. Errors: as the command tells them; limit when it ran into one of
+  /// Carries out one job; goes on, twice at most, when its process is killed (SIGKILL). Errors: as
+  /// the command tells them; limit when it ran into one of
   /// `limits`, internal when it crashed, cancelled.
   Outcome run(const Work& work) const;
 };

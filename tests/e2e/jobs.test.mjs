@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { copyFile, mkdir, readFile, readdir } from 'node:fs/promises';
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
+import { DatabaseSync } from 'node:sqlite';
 import { after, before, test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { assertNoOrphans } from './folder.mjs';
@@ -125,15 +126,19 @@ test('A request that is sent again with its Idempotency-Key is one job, over a r
   await server.follow(jobID);
 });
 
-test('Whatever moment a server is killed at, its jobs go on, to the same bytes', { timeout: 600_000 }, async () => {
+test('Whatever moment a server and its worker are killed at, jobs go on, to the same bytes', { timeout: 600_000 }, async () => {
   const expected = await digests(outOf(await finish(await server.submit(scene))));
   const seed = 11;
   const random = seededRandom(seed);
   const ids = [];
-  for (let i = 0; i < 3; ++i) ids.push(await server.submit(scene));
-  for (let round = 0; round < 12; ++round) {
-    await sleep(random() * 700);
+  for (let i = 0; i < 10; ++i) ids.push(await server.submit(scene));
+  for (let round = 0; round < 20; ++round) {
+    await sleep(random() * 500);
     const running = children(server);
+    if (round % 2 === 0) {
+      for (const pid of running) kill(pid);
+      await sleep(random() * 50);
+    }
     await server.stop('SIGKILL');
     for (const end = Date.now() + 5000; running.some(alive);) {
       assert.ok(Date.now() < end, 'a job outlives its server');
@@ -148,8 +153,40 @@ test('Whatever moment a server is killed at, its jobs go on, to the same bytes',
   }
   assert.deepEqual(await leftovers(data), []);
   const kept = (await server.json('/jobs?limit=1000')).jobs.map(({ jobID }) => jobID);
+  for (const id of ids) assert.equal(kept.filter((other) => other === id).length, 1);
   assert.deepEqual((await readdir(join(data, 'jobs'))).sort(), kept.sort());
+  const jobs = new DatabaseSync(join(data, 'jobs.db'), { readOnly: true });
+  assert.deepEqual({ ...jobs.prepare('PRAGMA integrity_check').get() }, { integrity_check: 'ok' });
+  jobs.close();
 });
+
+test('A worker that is killed is started again, but not for ever', async () => {
+  const id = await server.submit(scene);
+  await server.follow(id, ({ status }) => status === 'running');
+  kill(await worker());
+  await finish(id);
+  const unlucky = await server.submit(long());
+  for (const dead = []; dead.length < 3;) {
+    dead.push(await worker(dead));
+    kill(dead.at(-1));
+  }
+  const failed = (await server.follow(unlucky)).at(-1);
+  assert.equal(failed.status, 'failed');
+  assert.deepEqual(await leftovers(data), []);
+});
+/** The process of the job that runs, once there is one other than these. */
+async function worker(dead = []) {
+  for (const end = Date.now() + 10_000; Date.now() < end; await sleep(5)) {
+    const pid = children(server).find((one) => !dead.includes(one));
+    if (pid) return pid;
+  }
+  throw new Error('no job runs');
+}
+function kill(pid) {
+  try {
+    process.kill(pid, 'SIGKILL');
+  } catch {}  // it has just ended
+}
 function alive(pid) {
   try {
     return !/\) Z/.test(readFileSync(`/proc/${pid}/stat`, 'utf8'));
