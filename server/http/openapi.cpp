@@ -121,10 +121,14 @@ json operation(const char* id, const char* summary, json responses,
   return made;
 }
 
+/// A document, which a client that has it need not be sent again.
 json get(const char* id, const char* summary, const char* schema,
          std::vector<json> parameters = {}) {
-  return {
-      {"get", operation(id, summary, {{"200", answer(summary, schema)}}, std::move(parameters))}};
+  parameters.push_back(parameter("If-None-Match", "header", "The ETag that is known", text));
+  return {{"get", operation(id, summary,
+                            {{"200", answer(summary, schema)},
+                             {"304", {{"description", "It is as it was"}}}},
+                            std::move(parameters))}};
 }
 
 json file(const char* id, const char* summary, std::vector<json> parameters) {
@@ -176,11 +180,9 @@ json job_list() {
 json key_or_none() { return json::array({json::object(), json{{"bearer", json::array()}}}); }
 
 json one_job(const json& id) {
-  auto job =
-      get("getStatus", "How far a job is", "statusInfo",
-          {id, parameter("Prefer", "header", "wait=N: answer after N seconds at the latest", text),
-           parameter("If-None-Match", "header", "The ETag that is known", text)});
-  job["get"]["responses"]["304"] = {{"description", "It is as it was"}};
+  auto job = get(
+      "getStatus", "How far a job is", "statusInfo",
+      {id, parameter("Prefer", "header", "wait=N: answer after N seconds at the latest", text)});
   job["delete"] = operation("dismiss", "Cancel a job, or remove one that has ended",
                             {{"200", answer("What became of it", "statusInfo")}}, {id});
   job["delete"]["security"] = key_or_none();

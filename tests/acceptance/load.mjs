@@ -14,8 +14,8 @@ import { setTimeout as sleep } from 'node:timers/promises';
 import { parseArgs } from 'node:util';
 import { Worker, isMainThread, parentPort, workerData } from 'node:worker_threads';
 import { example, hoodoo, makeFolder, removeFolder } from '../e2e/hoodoo.mjs';
-import { Nginx, freePort } from '../e2e/nginx.mjs';
-import { Server } from '../e2e/server.mjs';
+import { Nginx } from '../e2e/nginx.mjs';
+import { Server, freePort } from '../e2e/server.mjs';
 
 const slowest = 50, mostMemory = 300;   // [ms], [MiB]
 const { values: options } = parseArgs({

@@ -10,8 +10,8 @@ import { mkdir, readdir, readFile, stat, writeFile } from 'node:fs/promises';
 import { join, relative } from 'node:path';
 import { parseArgs, promisify } from 'node:util';
 import { example, hoodoo, makeFolder, removeFolder } from '../e2e/hoodoo.mjs';
-import { Nginx, freePort } from '../e2e/nginx.mjs';
-import { Server } from '../e2e/server.mjs';
+import { Nginx } from '../e2e/nginx.mjs';
+import { Server, freePort } from '../e2e/server.mjs';
 
 const { values: options } = parseArgs({ options: { seconds: { type: 'string', default: '4' }, connections: { type: 'string', default: '8' } } });
 const run = promisify(execFile), rounds = 3;

@@ -3,7 +3,6 @@ import assert from 'node:assert/strict';
 import { execFile, spawn } from 'node:child_process';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { request } from 'node:https';
-import { createServer } from 'node:net';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { promisify } from 'node:util';
@@ -11,14 +10,6 @@ import { promisify } from 'node:util';
 const run = promisify(execFile);
 const configuration = new URL('../../deploy/nginx/hoodoo.conf', import.meta.url);
 const environment = { ...process.env, PATH: `${process.env.PATH}:/usr/local/sbin:/usr/sbin` };
-
-export async function freePort() {
-  const server = createServer().listen(0, '127.0.0.1');
-  await new Promise((done) => server.once('listening', done));
-  const { port } = server.address();
-  await new Promise((done) => server.close(done));
-  return port;
-}
 
 export class Nginx {
   /**

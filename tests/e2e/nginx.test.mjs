@@ -6,8 +6,8 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { connect } from 'node:tls';
 import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
-import { Nginx, freePort } from './nginx.mjs';
-import { Server } from './server.mjs';
+import { Nginx } from './nginx.mjs';
+import { Server, freePort } from './server.mjs';
 
 let work, server, nginx, key, scene, job;
 

@@ -1,9 +1,24 @@
-/** Starts `hoodoo serve` on a free port and talks to it. */
+/**
+ * Starts `hoodoo serve` on a free port and talks to it. With HOODOO_PRISM, the file of Stoplight's command `prism`, by way of its
+ * proxy, which answers 500 in place of what is not as the OpenAPI document says; but for files and streams, which it cannot pass on.
+ */
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { mkdtemp, writeFile } from 'node:fs/promises';
 import { request } from 'node:http';
+import { createServer } from 'node:net';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { command } from './hoodoo.mjs';
+
+export async function freePort() {
+  const server = createServer().listen(0, '127.0.0.1');
+  await new Promise((done) => server.once('listening', done));
+  const { port } = server.address();
+  await new Promise((done) => server.close(done));
+  return port;
+}
 
 export class Server {
   /** Options: data, roots [], args []. Resolves when the server says that it listens. */
@@ -26,7 +41,18 @@ export class Server {
       });
       server.ended.then(() => reject(new Error(`the server ended: ${server.stderr}`)));
     });
+    if (process.env.HOODOO_PRISM) await server.watch(process.env.HOODOO_PRISM);
     return server;
+  }
+
+  async watch(prism) {
+    const document = join(await mkdtemp(join(tmpdir(), 'hoodoo-prism-')), 'api.json');
+    await writeFile(document, await (await this.fetch('/api')).text());
+    const port = await freePort();
+    const proxy = spawn(prism, ['proxy', document, this.url, '--port', port, '--errors', '--validate-request', 'false'], { stdio: 'ignore' });
+    this.ended.then(() => proxy.kill());
+    this.proxy = `http://127.0.0.1:${port}`;
+    while (!await fetch(`${this.proxy}/healthz`).then(() => true, () => false)) await sleep(50);
   }
 
   /** Sends a signal and waits for the end: {code, signal}. */
@@ -36,7 +62,8 @@ export class Server {
   }
 
   fetch(path, options) {
-    return fetch(this.url + path, { redirect: 'manual', ...options });
+    const watched = this.proxy && !/^\/(viewer|tilesets\/|jobs\/\w+\/(tiles|files|events|results\/.))/.test(path);
+    return fetch((watched ? this.proxy : this.url) + path, { redirect: 'manual', ...options });
   }
   async json(path) {
     const response = await this.fetch(path);
