@@ -84,10 +84,11 @@ Response echo(const Request& request) {
 
 class Listening : public testing::Test {
  protected:
-  Listening() : thread([this](const std::stop_token& stop) { listener.run(echo, stop); }) {}
+  Listening() : thread([this](const std::stop_token& stop) { listener.run(service, stop); }) {}
 
   std::string send(const std::string& text) const { return converse(listener.port(), text); }
 
+  const http::Service service{echo, [](const Request& head) { return head.path == "/taken"; }};
   Listener listener{"127.0.0.1", 0};
   std::jthread thread;
 };
@@ -157,7 +158,7 @@ TEST(Listener, MayBeStoppedBeforeItRuns) {
   Listener listener("127.0.0.1", 0);
   std::stop_source stop;
   stop.request_stop();
-  listener.run(echo, stop.get_token());
+  listener.run({echo, {}}, stop.get_token());
 }
 TEST(Listener, RefusesAnAddressThatIsNotItsOwn) { EXPECT_THROW(Listener("192.0.2.1", 0), Error); }
 
