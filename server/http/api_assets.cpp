@@ -37,9 +37,16 @@ Response Api::put_asset(const Request& request, const Parameters& parameters) {
   const auto length = tus::number(request.header("content-length"));
   if (!length) return problem(411, "Say how long the body is.");
   if (assets_.holds(*digest)) {
+    Response had;
+    had.status = 204;
+    had.headers = {{"ETag", etag_of(*digest)}};
+    if (*length > assets_.most() || !request.header("expect").empty()) return had;
+    // Who has not asked sends it without listening.
     Response response;
-    response.status = 204;
-    response.headers = {{"ETag", etag_of(*digest)}};
+    response.take = [had](const ReadBody& read) {
+      const auto received = read([](std::string_view) { return true; });
+      return received == Received::whole ? had : not_received(received);
+    };
     return response;
   }
   assets_.reserve(*length);  // is refused now, if ever, before it is sent

@@ -1,5 +1,7 @@
 #include "server/http/body.hpp"
 
+#include <exception>
+
 namespace hoodoo::http {
 
 Received receive(const Pieces& pieces, const std::stop_token& stop, const UsePiece& use) {
@@ -8,7 +10,8 @@ Received receive(const Pieces& pieces, const std::stop_token& stop, const UsePie
   auto end = Received::broken;
   auto idle_since = Clock::now();
   Clock::duration waited{0};
-  std::size_t came = 0;  // while that was waited
+  std::size_t came = 0, passed_over = 0;  // `came` while that was waited
+  std::exception_ptr thrown;
   const bool whole = pieces([&](std::string_view piece) {
     waited += Clock::now() - idle_since;
     came += piece.size();
@@ -24,14 +27,21 @@ Received receive(const Pieces& pieces, const std::stop_token& stop, const UsePie
       waited = {};
       came = 0;
     }
-    if (!use(piece)) {
+    if (end == Received::refused) {
+      passed_over += piece.size();
+      return passed_over <= most_passed_over;
+    }
+    try {
+      if (!use(piece)) end = Received::refused;
+    } catch (...) {
+      thrown = std::current_exception();
       end = Received::refused;
-      return false;
     }
     idle_since = Clock::now();
     return true;
   });
-  if (whole) return Received::whole;
+  if (thrown) std::rethrow_exception(thrown);
+  if (whole && end == Received::broken) return Received::whole;
   const bool silent = end == Received::broken && Clock::now() - idle_since >= body_patience;
   return silent ? Received::slow : end;
 }

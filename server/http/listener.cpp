@@ -110,13 +110,13 @@ bool is_too_long(const httplib::Request& request) {
   return request.get_header_value_u64("Content-Length") > most_body;
 }
 
-/// For an answer to a body that was not read whole. The library would read on to the body's end,
-/// and then take requests again; so it reads to the end of the connection, which the client is told
-/// to close. Closed by the server at once, the answer could be lost.
-void read_no_body(httplib::Request& request) {
+/// For a body that was not read whole: the library would read on to its end, and then take requests
+/// again. A length that is none has it close the connection.
+void cut_off(httplib::Request& request) {
   for (const auto* name : {"Content-Length", "Transfer-Encoding", "Connection"}) {
     request.headers.erase(name);
   }
+  request.headers.emplace("Content-Length", "none");
   request.headers.emplace("Connection", "close");
 }
 
@@ -168,21 +168,6 @@ bool takes_body(const Service& service, const httplib::Request& from) {
          service.takes_bodies(read_head(from));
 }
 
-/// The answer to a request with a body.
-Response respond(const Service& service, const httplib::Request& from, const ReadBody& read) {
-  auto request = read_head(from);
-  if (takes_body(service, from)) {
-    auto response = service.answer(std::move(request));
-    return response.take ? response.take(read) : response;
-  }
-  const auto received = read([&request](std::string_view piece) {
-    request.body += piece;
-    return request.body.size() <= most_body;
-  });
-  if (received != Received::whole) return not_received(received);
-  return service.answer(std::move(request));
-}
-
 /// A refusal that needs no more than the head.
 std::optional<Response> refusal(const Service& service, const httplib::Request& from) {
   const bool streams = takes_body(service, from);
@@ -197,6 +182,40 @@ std::optional<Response> refusal(const Service& service, const httplib::Request& 
     return problem(411, "Say how long the body is.");
   }
   return std::nullopt;
+}
+
+/// The answer to a request with a body.
+Response respond(const Service& service, httplib::Request& from, const ReadBody& read) {
+  bool is_read = false;  // it comes only once
+  const auto pass_over = [&] {
+    if (is_read) return;
+    // As bytes, whatever they are said to be.
+    from.headers.erase("Content-Type");
+    from.headers.erase("Content-Encoding");
+    read([](std::string_view) { return false; });
+  };
+  if (auto refused = refusal(service, from)) {
+    pass_over();
+    return std::move(*refused);
+  }
+  auto request = read_head(from);
+  if (takes_body(service, from)) {
+    auto response = service.answer(std::move(request));
+    if (response.take) {
+      response = response.take([&](const UsePiece& use) {
+        is_read = true;
+        return read(use);
+      });
+    }
+    pass_over();
+    return response;
+  }
+  const auto received = read([&request](std::string_view piece) {
+    request.body += piece;
+    return request.body.size() <= most_body;
+  });
+  if (received != Received::whole) return not_received(received);
+  return service.answer(std::move(request));
 }
 
 }  // namespace
@@ -243,12 +262,13 @@ void Listener::Server::refuse_or_route(const Service& service) {
     // Else the library waits for the body of a DELETE that has none, and takes what follows on the
     // connection for it.
     if (is_empty(from)) request.body_consumed_ = true;
-    auto early = refusal(service, from);
-    if (!early && has_body(from) && may_have_body(from.method) && from.path.size() <= most_path) {
+    if (has_body(from) && may_have_body(from.method) && from.path.size() <= most_path) {
       return HandlerResponse::Unhandled;
     }
+    auto early = refusal(service, from);
     write(early ? std::move(*early) : service.answer(read_head(from)), to);
-    if (!request.body_consumed_) read_no_body(request);
+    // A short one is read by the library, and forgotten.
+    if (from.has_header("Transfer-Encoding") || is_too_long(from)) cut_off(request);
     return HandlerResponse::Handled;
   });
 }
@@ -263,9 +283,10 @@ void Listener::Server::answer(const Service& service, const std::stop_token& sto
         return use(std::string_view(data, length));
       });
     };
-    write(respond(service, from, [&](const UsePiece& use) { return receive(pieces, stop, use); }),
-          to);
-    if (!from.body_consumed_) read_no_body(const_cast<httplib::Request&>(from));
+    auto& request = const_cast<httplib::Request&>(from);
+    const auto body = [&](const UsePiece& use) { return receive(pieces, stop, use); };
+    write(respond(service, request, body), to);
+    if (!request.body_consumed_) cut_off(request);
   };
   Post(".*", with_body).Put(".*", with_body).Patch(".*", with_body).Delete(".*", with_body);
 }

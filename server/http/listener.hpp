@@ -21,8 +21,7 @@ struct Service {
 /// slower than `least_rate` is cut off, and so is one that is under way when the server stops.
 ///
 /// "Expect: 100-continue" is answered by 100 when the body is wanted, and else by what there is to
-/// say without it. Of a body that is not read, what the client sends all the same is passed over
-/// until it has read the answer and closed.
+/// say without it. Of a body that is not wanted and comes all the same `most_passed_over` is read.
 class Listener {
  public:
   /// Binds; port 0 takes any that is free. The address is not shared with another process.
