@@ -19,5 +19,6 @@ set(HOODOO_STAGES
   tiling/archive
   tiling/export
   tiling/bake
+  server/asset
   server/job
   server/http)

@@ -26,7 +26,8 @@ void add_serve(CLI::App& app, int* exit) {
     int jobs = 1;
     std::size_t most_waiting = 100;
     std::optional<std::size_t> job_memory_mib;
-    std::int64_t job_seconds = 0;
+    std::int64_t job_seconds = 0, upload_seconds = 86400;
+    std::uint64_t asset_mib = 65536;
   };
   auto options = std::make_shared<Options>();
   auto* command = app.add_subcommand("serve", "Serve bake jobs, their tiles and the viewer");
@@ -67,6 +68,16 @@ void add_serve(CLI::App& app, int* exit) {
                    "Most processor time [s] of a job, of all threads together; 0: no limit")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 31))
       ->capture_default_str();
+  command
+      ->add_option("--asset-space", options->asset_mib,
+                   "Most space [MiB] of all assets that clients have sent, and of one")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 40))
+      ->capture_default_str();
+  command
+      ->add_option("--upload-seconds", options->upload_seconds,
+                   "How long [s] an upload is kept that nothing is added to")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))
+      ->capture_default_str();
   command->callback([=] {
     const Signals signals;
     const auto colon = options->listen.rfind(':');
@@ -94,6 +105,8 @@ void add_serve(CLI::App& app, int* exit) {
     const auto& memory_mib = options->resources.memory_mib;
     settings.limits.memory = options->job_memory_mib.value_or(2 * memory_mib + 512) << 20;
     settings.limits.processor = std::chrono::seconds(options->job_seconds);
+    settings.asset_space = options->asset_mib << 20;
+    settings.upload_patience = std::chrono::seconds(options->upload_seconds);
     settings.program = std::filesystem::read_symlink("/proc/self/exe");
     settings.viewer = options->viewer;
     settings.public_url = options->public_url;

@@ -15,6 +15,7 @@
 #include "server/http/openapi.hpp"
 #include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
+#include "server/http/tus.hpp"
 
 namespace hoodoo::http {
 namespace {
@@ -71,7 +72,7 @@ std::string request_id(std::string_view given) {
 
 bool is_usual(std::string_view method) {
   return method == "GET" || method == "HEAD" || method == "POST" || method == "PUT" ||
-         method == "DELETE" || method == "OPTIONS";
+         method == "PATCH" || method == "DELETE" || method == "OPTIONS";
 }
 
 /// The id of the job that a request is about, or that it made.
@@ -109,7 +110,12 @@ Response document(const json& value, int status) {
   return response;
 }
 
-Api::Api(job::Queue& queue, ApiSettings settings) : queue_(queue), settings_(std::move(settings)) {}
+Api::Api(job::Queue& queue, asset::Assets& assets, asset::Uploads& uploads, ApiSettings settings)
+    : queue_(queue), assets_(assets), uploads_(uploads), settings_(std::move(settings)) {}
+
+bool Api::takes_body(const Request& head) {
+  return (head.method == "PUT" && head.path.starts_with("/assets/")) || tus::is_path(head.path);
+}
 
 const std::vector<Api::Route>& Api::routes() {
   static const std::vector<Route> all{
@@ -127,6 +133,12 @@ const std::vector<Api::Route>& Api::routes() {
       {"GET", "jobs/*/events", &Api::events},
       {"GET", "jobs/*/files/*", &Api::result_file},
       {"GET", "jobs/*/tiles/**", &Api::tile},
+      {"GET", "assets/*", &Api::asset, Scope::read},
+      {"PUT", "assets/*", &Api::put_asset, Scope::submit},
+      {"POST", "uploads", &Api::create_upload, Scope::submit},
+      {"HEAD", "uploads/*", &Api::upload_state, Scope::submit},
+      {"PATCH", "uploads/*", &Api::add_to_upload, Scope::submit},
+      {"DELETE", "uploads/*", &Api::remove_upload, Scope::submit},
       {"GET", "tilesets", &Api::tilesets, Scope::read},
       {"GET", "tilesets/*/**", &Api::tileset_file},
       {"GET", "viewer", &Api::viewer_folder},
@@ -141,15 +153,17 @@ Response Api::answer(Request request) {
   const auto from = std::chrono::steady_clock::now();
   const auto id = request_id(request.header("x-request-id"));
   std::string_view pattern = "none";
-  Response response;
-  try {
-    response = route(request, pattern);
-  } catch (const Error& error) {
-    response = of_error(error, id);
-  } catch (const std::exception& error) {
-    log_fault(std::string("internal error: ") + error.what(), id);
-    response = problem(500, "internal error");
-  }
+  const auto guarded = [this, id](const std::function<Response()>& make) {
+    try {
+      return make();
+    } catch (const Error& error) {
+      return of_error(error, id);
+    } catch (const std::exception& error) {
+      log_fault(std::string("internal error: ") + error.what(), id);
+      return problem(500, "internal error");
+    }
+  };
+  auto response = guarded([&] { return route(request, pattern); });
   request.body.clear();
   const auto end = [this, request = std::move(request), id, pattern, from](Response& ready) {
     finish(request, ready);
@@ -160,6 +174,14 @@ Response Api::answer(Request request) {
     log_request({id, request.method, request.path, job_of(request, ready), request.owner,
                  ready.status, 1e3 * took.count()});
   };
+  if (response.take) {
+    response.take = [end, guarded, take = std::move(response.take)](const ReadBody& read) {
+      auto ready = guarded([&] { return take(read); });
+      end(ready);
+      return ready;
+    };
+    return response;
+  }
   if (response.later) {
     response.later = [end, later = std::move(response.later)] {
       auto ready = later();
@@ -200,6 +222,7 @@ std::optional<Response> Api::refusal(const Route& route, Request& request) const
 void Api::finish(const Request& request, Response& response) const {
   tag(request, response);
   response.headers.emplace_back("X-Content-Type-Options", "nosniff");
+  if (tus::is_path(request.path)) response.headers.emplace_back("Tus-Resumable", tus::version);
   if (is_open_to_pages(request.path)) {
     response.headers.emplace_back("Access-Control-Allow-Origin", "*");
     response.headers.emplace_back("Access-Control-Expose-Headers",
@@ -213,6 +236,7 @@ Response Api::route(Request& request, std::string_view& pattern) {
     return problem(421, "This server does not answer for that host; see --public-url.");
   }
   if (request.path.size() > most_path) return problem(414, "The path is too long.");
+  tus::override_method(request);
   std::string_view path = request.path;
   if (!path.starts_with('/')) return problem(404, "There is nothing at this path.");
   path.remove_prefix(1);
@@ -223,7 +247,7 @@ Response Api::route(Request& request, std::string_view& pattern) {
     const auto parameters = match(candidate.pattern, path);
     if (!parameters) continue;
     pattern = candidate.pattern;
-    if (candidate.method == method) {
+    if (candidate.method == method || candidate.method == request.method) {
       if (auto refused = refusal(candidate, request)) return std::move(*refused);
       return (this->*candidate.handler)(request, *parameters);
     }
@@ -236,6 +260,12 @@ Response Api::route(Request& request, std::string_view& pattern) {
     Response response;
     response.status = 204;
     response.headers = {{"Allow", allowed}};
+    if (tus::is_path(request.path)) {
+      response.headers.emplace_back("Tus-Version", tus::version);
+      response.headers.emplace_back("Tus-Extension", tus::extensions);
+      response.headers.emplace_back("Tus-Max-Size", std::to_string(assets_.most()));
+      response.headers.emplace_back("Tus-Checksum-Algorithm", "sha256");
+    }
     if (is_open_to_pages(request.path)) {
       response.headers.emplace_back("Access-Control-Allow-Methods", "GET, HEAD");
       response.headers.emplace_back("Access-Control-Allow-Headers",

@@ -5,8 +5,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
+#include "server/asset/uploads.hpp"
 #include "server/http/execution.hpp"
 #include "server/http/keys.hpp"
 #include "server/http/message.hpp"
@@ -46,17 +48,22 @@ struct ApiSettings {
 ///   GET    /jobs  /jobs/ID  /jobs/ID/results  /jobs/ID/results/OUTPUT  /jobs/ID/files/NAME
 ///   GET    /jobs/ID/events                            DELETE  /jobs/ID
 ///   GET    /jobs/ID/tiles/...   /tilesets   /tilesets/NAME/...   /viewer/...
+///   GET    /assets/sha256-HEX                         PUT   /assets/sha256-HEX
+///   POST   /uploads                                   HEAD, PATCH, DELETE  /uploads/ID
 ///
 /// A request that is no execution in form is 400; a scene with problems is 422 with all of them,
 /// the pointers into the scene. Documents and tiles of a job, and finished tilesets, may be read by
 /// pages of other origins; lists, posting and deleting may not. Documents have an ETag.
 ///
-/// With keys, lists take one with the scope read, posting and deleting submit, /metrics admin (401,
-/// 403); a job's own documents and tiles are open to whoever knows its id, which cannot be guessed.
+/// With keys, lists and assets take one with the scope read, posting, sending and deleting submit,
+/// /metrics admin (401, 403); a job's own documents and tiles are open to whoever knows its id,
+/// which cannot be guessed.
 class Api {
  public:
-  Api(job::Queue& queue, ApiSettings settings);
+  Api(job::Queue& queue, asset::Assets& assets, asset::Uploads& uploads, ApiSettings settings);
   Response answer(Request request);
+  /// The body of such a request is taken piece by piece, by its response.
+  static bool takes_body(const Request& head);
 
  private:
   using Parameters = std::vector<std::string_view>;
@@ -91,6 +98,12 @@ class Api {
   Response tileset_file(const Request&, const Parameters&);
   Response viewer(const Request&, const Parameters&);
   Response viewer_folder(const Request&, const Parameters&);
+  Response asset(const Request&, const Parameters&);
+  Response put_asset(const Request&, const Parameters&);
+  Response create_upload(const Request&, const Parameters&);
+  Response upload_state(const Request&, const Parameters&);
+  Response add_to_upload(const Request&, const Parameters&);
+  Response remove_upload(const Request&, const Parameters&);
   Response health(const Request&, const Parameters&);
   Response ready(const Request&, const Parameters&);
   Response metrics(const Request&, const Parameters&);
@@ -100,12 +113,16 @@ class Api {
   Response answer_to(const job::Submitted& submitted) const;
   Response validate(const job::Request& wanted, bool raw) const;
   References references() const;
+  std::variant<asset::Upload, Response> upload_of(const Request& request,
+                                                  std::string_view id) const;
   std::vector<std::string> result_files(const job::Job& job) const;
   nlohmann::json info(const job::Job& job) const;
   std::vector<Problem> visible(const job::Job& job) const;
   Response unfinished(const job::Job& job) const;
 
   job::Queue& queue_;
+  asset::Assets& assets_;
+  asset::Uploads& uploads_;
   const ApiSettings settings_;
   Metrics metrics_;
 };

@@ -9,6 +9,7 @@
 #include "engine/base/file.hpp"
 #include "engine/base/json.hpp"
 #include "engine/scene/files.hpp"
+#include "server/asset/assets.hpp"
 #include "server/http/api.hpp"
 #include "server/http/processes.hpp"
 
@@ -50,7 +51,11 @@ Target target_of(const json& value, const std::string& pointer, const References
   const auto text = href.get<std::string>();
   if (text.starts_with("file:")) return {true, text.substr(5)};
   const auto assets = references.base + "/assets/";
-  if (text.starts_with(assets)) return {true, text.substr(assets.size())};
+  if (text.starts_with(assets)) {
+    const auto name = text.substr(assets.size());
+    if (!asset::digest_of(name)) refuse(pointer + "/href", "must end in sha256-HEX");
+    return {true, name};
+  }
   if (text.starts_with(references.base + "/")) return {false, text.substr(references.base.size())};
   refuse(pointer + "/href", "must be file:NAME or an address of this server; others are not asked");
 }

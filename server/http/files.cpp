@@ -59,8 +59,10 @@ Descriptor open_below(const std::filesystem::path& folder, const std::vector<std
   return at < 0 ? nullptr : owned(at);
 }
 
-/// True for a name that a tile's SHA-256 makes.
+/// True for a name that the SHA-256 of a tile or an asset makes.
 bool is_content_addressed(std::string_view stem) {
+  constexpr std::string_view asset = "sha256-";
+  if (stem.starts_with(asset)) stem.remove_prefix(asset.size());
   return stem.size() == 64 && stem.find_first_not_of("0123456789abcdef") == stem.npos;
 }
 

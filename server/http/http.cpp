@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "engine/base/error.hpp"
+#include "server/asset/uploads.hpp"
 #include "server/http/api.hpp"
 #include "server/http/listener.hpp"
 #include "server/http/log.hpp"
@@ -155,6 +156,9 @@ void serve(const Settings& given) {
   job::Queue queue(std::move(queue_settings),
                    {[commands](const fs::path& scene) { return commands.check(scene); },
                     [commands](const job::Work& work) { return commands.run(work); }});
+  // Not before the queue, which keeps other servers away from the data.
+  asset::Assets assets(settings.data, settings.asset_space);
+  asset::Uploads uploads(assets, settings.upload_patience);
   ApiSettings api_settings;
   api_settings.base = base_of(settings, listener.port());
   api_settings.hosts = hosts_of(settings, listener.port());
@@ -167,11 +171,12 @@ void serve(const Settings& given) {
   api_settings.draining = [stop = settings.stop] { return stop.stop_requested(); };
   set_log_format(settings.json_log ? LogFormat::json : LogFormat::text);
   if (settings.listening) settings.listening(listener.port());
-  Api api(queue, std::move(api_settings));
+  Api api(queue, assets, uploads, std::move(api_settings));
   std::stop_source drained;
   std::jthread drain([&](const std::stop_token& over) { wait_to_drain(settings, over, drained); });
-  listener.run([&api](Request request) { return api.answer(std::move(request)); },
-               drained.get_token());
+  listener.run(
+      {[&api](Request request) { return api.answer(std::move(request)); }, &Api::takes_body},
+      drained.get_token());
 }
 
 }  // namespace hoodoo::http

@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <stop_token>
@@ -24,7 +25,9 @@ struct Settings {
   int at_once = 1;                               // jobs that run
   std::size_t most_waiting = 100;                // jobs
   job::Limits limits;                            // of a job's process
-  std::filesystem::path program;                 // hoodoo, which carries jobs out
+  std::uint64_t asset_space = std::uint64_t{64} << 30;  // [bytes] of assets
+  std::chrono::seconds upload_patience{86400};          // with an upload that nothing is added to
+  std::filesystem::path program;                        // hoodoo, which carries jobs out
   /// How clients reach the server, "https://terrain.example.org"; empty: the address it listens on.
   std::string public_url;
   std::filesystem::path viewer;  // the viewer's files; empty: beside the command

@@ -12,12 +12,15 @@
 #include <chrono>
 #include <condition_variable>
 #include <ctime>
+#include <limits>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
+#include "server/http/body.hpp"
 #include "server/http/connections.hpp"
 #include "server/http/problem.hpp"
 
@@ -55,6 +58,7 @@ bool send_piece(const FilePart& part, std::size_t offset, std::size_t length,
 }
 
 void write(Response&& from, httplib::Response& to) {
+  if (from.take) from = from.take([](const UsePiece&) { return Received::whole; });  // no body
   while (from.later) {
     if (auto ready = from.later()) {
       from = std::move(*ready);
@@ -92,8 +96,28 @@ bool may_have_body(const std::string& method) {
   return method != "GET" && method != "HEAD" && method != "OPTIONS";
 }
 
+bool has_body(const httplib::Request& request) {
+  return request.has_header("Content-Length") || request.has_header("Transfer-Encoding");
+}
+
+bool is_empty(const httplib::Request& request) {
+  return !request.has_header("Transfer-Encoding") &&
+         (!request.has_header("Content-Length") ||
+          request.get_header_value("Content-Length") == "0");
+}
+
 bool is_too_long(const httplib::Request& request) {
   return request.get_header_value_u64("Content-Length") > most_body;
+}
+
+/// For a body that was not read whole: the library would read on to its end, and then take requests
+/// again. A length that is none has it close the connection.
+void cut_off(httplib::Request& request) {
+  for (const auto* name : {"Content-Length", "Transfer-Encoding", "Connection"}) {
+    request.headers.erase(name);
+  }
+  request.headers.emplace("Content-Length", "none");
+  request.headers.emplace("Connection", "close");
 }
 
 /// What the library refuses by itself answers in the words of the rest.
@@ -129,16 +153,80 @@ void finish(const httplib::Request&, httplib::Response& response) {
 struct Listener::Server : httplib::Server {
   using HandlerResponse = httplib::Server::HandlerResponse;
 
-  void answer(const std::function<Response(Request)>& handler);
+  void answer(const Service& service, const std::stop_token& stop);
   void configure();
+
+ private:
+  void refuse_or_route(const Service& service);
+  void expect(const Service& service);
 };
+
+namespace {
+
+bool takes_body(const Service& service, const httplib::Request& from) {
+  return service.takes_bodies && may_have_body(from.method) && from.path.size() <= most_path &&
+         service.takes_bodies(read_head(from));
+}
+
+/// A refusal that needs no more than the head.
+std::optional<Response> refusal(const Service& service, const httplib::Request& from) {
+  const bool streams = takes_body(service, from);
+  if (!streams && is_too_long(from)) return problem(413, "The body is over the limit.");
+  if (from.has_header("Content-Encoding")) {
+    return problem(415, "Send the body without an encoding.");
+  }
+  if (has_body(from) && from.is_multipart_form_data()) {
+    return problem(415, "Send the body by itself, not as a form.");
+  }
+  if (from.method == "POST" && !has_body(from) && !streams) {
+    return problem(411, "Say how long the body is.");
+  }
+  return std::nullopt;
+}
+
+/// The answer to a request with a body.
+Response respond(const Service& service, httplib::Request& from, const ReadBody& read) {
+  bool is_read = false;  // it comes only once
+  const auto pass_over = [&] {
+    if (is_read) return;
+    // As bytes, whatever they are said to be.
+    from.headers.erase("Content-Type");
+    from.headers.erase("Content-Encoding");
+    read([](std::string_view) { return false; });
+  };
+  if (auto refused = refusal(service, from)) {
+    pass_over();
+    return std::move(*refused);
+  }
+  auto request = read_head(from);
+  if (takes_body(service, from)) {
+    auto response = service.answer(std::move(request));
+    if (response.take) {
+      response = response.take([&](const UsePiece& use) {
+        is_read = true;
+        return read(use);
+      });
+    }
+    pass_over();
+    return response;
+  }
+  const auto received = read([&request](std::string_view piece) {
+    request.body += piece;
+    return request.body.size() <= most_body;
+  });
+  if (received != Received::whole) return not_received(received);
+  return service.answer(std::move(request));
+}
+
+}  // namespace
 
 void Listener::Server::configure() {
   // The default, SO_REUSEPORT, would let a second server take half of the connections in silence.
   set_socket_options(
       [](socket_t socket) { httplib::set_socket_opt(socket, SOL_SOCKET, SO_REUSEADDR, 1); });
   set_tcp_nodelay(true);
-  set_payload_max_length(most_body);
+  // Lengths are limited below, route by route.
+  set_payload_max_length(std::numeric_limits<std::size_t>::max());
   set_read_timeout(10s);
   set_write_timeout(20s);
   set_keep_alive_timeout(5);
@@ -150,47 +238,55 @@ void Listener::Server::configure() {
       [](const httplib::Request&, httplib::Response& to, const std::exception_ptr&) {
         write(problem(500, "internal error"), to);
       });
-  set_expect_100_continue_handler([](const httplib::Request& from, httplib::Response& to) {
-    if (is_too_long(from)) to.status = 413;
-    return is_too_long(from) ? 413 : 100;
+}
+
+void Listener::Server::expect(const Service& service) {
+  set_expect_100_continue_handler([&service](const httplib::Request& from, httplib::Response& to) {
+    auto early = refusal(service, from);
+    if (!early && takes_body(service, from)) {
+      early = service.answer(read_head(from));
+      if (early->take) early.reset();  // asked again when the body comes
+    }
+    if (!early) return 100;
+    write(std::move(*early), to);
+    return to.status;
   });
 }
 
-void Listener::Server::answer(const std::function<Response(Request)>& handler) {
+void Listener::Server::refuse_or_route(const Service& service) {
   // Called first for every request. One that may have a body goes on to the routes below.
-  set_pre_routing_handler([&handler](const httplib::Request& from, httplib::Response& to) {
-    const bool has_body = from.has_header("Content-Length") || from.has_header("Transfer-Encoding");
+  set_pre_routing_handler([&service](const httplib::Request& from, httplib::Response& to) {
     auto& request = const_cast<httplib::Request&>(from);
-    // Ranges are answered by the handler, not applied once more to what it gives.
+    // Ranges are answered by the service, not applied once more to what it gives.
     request.ranges.clear();
     // Else the library waits for the body of a DELETE that has none, and takes what follows on the
     // connection for it.
-    if (!has_body) request.body_consumed_ = true;
-    if (is_too_long(from)) {
-      write(problem(413, "The body is over the limit."), to);
-    } else if (from.has_header("Content-Encoding")) {
-      write(problem(415, "Send the body without an encoding."), to);
-    } else if (from.method == "POST" && !has_body) {
-      write(problem(411, "Say how long the body is."), to);
-    } else if (has_body && may_have_body(from.method) && from.path.size() <= most_path) {
+    if (is_empty(from)) request.body_consumed_ = true;
+    if (has_body(from) && may_have_body(from.method) && from.path.size() <= most_path) {
       return HandlerResponse::Unhandled;
-    } else {
-      write(handler(read_head(from)), to);
     }
+    auto early = refusal(service, from);
+    write(early ? std::move(*early) : service.answer(read_head(from)), to);
+    // A short one is read by the library, and forgotten.
+    if (from.has_header("Transfer-Encoding") || is_too_long(from)) cut_off(request);
     return HandlerResponse::Handled;
   });
-  const auto with_body = [&handler](const httplib::Request& from, httplib::Response& to,
-                                    const httplib::ContentReader& read) {
-    auto request = read_head(from);
-    const bool whole = read([&request](const char* data, std::size_t length) {
-      request.body.append(data, length);
-      return request.body.size() <= most_body;
-    });
-    if (whole) {
-      write(handler(std::move(request)), to);
-    } else if (to.status < 400) {
-      to.status = 400;
-    }
+}
+
+void Listener::Server::answer(const Service& service, const std::stop_token& stop) {
+  expect(service);
+  refuse_or_route(service);
+  const auto with_body = [&service, stop](const httplib::Request& from, httplib::Response& to,
+                                          const httplib::ContentReader& read) {
+    const Pieces pieces = [&read](const std::function<bool(std::string_view)>& use) {
+      return read([&use](const char* data, std::size_t length) {
+        return use(std::string_view(data, length));
+      });
+    };
+    auto& request = const_cast<httplib::Request&>(from);
+    const auto body = [&](const UsePiece& use) { return receive(pieces, stop, use); };
+    write(respond(service, request, body), to);
+    if (!request.body_consumed_) cut_off(request);
   };
   Post(".*", with_body).Put(".*", with_body).Patch(".*", with_body).Delete(".*", with_body);
 }
@@ -206,8 +302,8 @@ Listener::Listener(const std::string& host, int port) : server_(std::make_unique
 
 Listener::~Listener() = default;
 
-void Listener::run(const std::function<Response(Request)>& handler, const std::stop_token& stop) {
-  server_->answer(handler);
+void Listener::run(const Service& service, const std::stop_token& stop) {
+  server_->answer(service, stop);
   std::atomic<bool> ended = false;
   std::jthread stopper([&](const std::stop_token& asked) {
     std::mutex mutex;

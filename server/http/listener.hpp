@@ -9,8 +9,19 @@
 /// The socket side: the one place that knows the HTTP library.
 namespace hoodoo::http {
 
-/// Holds an address and answers requests there. Bodies over `most_body` and unread heads never
-/// reach the handler; a body comes whole.
+/// What answers requests, from many threads.
+struct Service {
+  std::function<Response(Request)> answer;
+  /// Of a head: its body is not read before `answer`, but by the response's `take`; empty: none is.
+  std::function<bool(const Request&)> takes_bodies;
+};
+
+/// Holds an address and answers requests there. Unread heads never reach the service, nor do bodies
+/// over `most_body`, unless it takes them piece by piece; any other comes whole. A body that comes
+/// slower than `least_rate` is cut off, and so is one that is under way when the server stops.
+///
+/// "Expect: 100-continue" is answered by 100 when the body is wanted, and else by what there is to
+/// say without it. Of a body that is not wanted and comes all the same `most_passed_over` is read.
 class Listener {
  public:
   /// Binds; port 0 takes any that is free. The address is not shared with another process.
@@ -22,9 +33,8 @@ class Listener {
 
   int port() const { return port_; }
 
-  /// Calls `handler` from many threads until `stop`, then ends what was begun and returns.
-  /// Errors: io.
-  void run(const std::function<Response(Request)>& handler, const std::stop_token& stop);
+  /// Answers until `stop`, then ends what was begun and returns. Errors: io.
+  void run(const Service& service, const std::stop_token& stop);
 
  private:
   struct Server;

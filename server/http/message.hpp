@@ -34,6 +34,18 @@ struct FilePart {
   std::uint64_t offset = 0, length = 0;  // [bytes]
 };
 
+/// How the body of a request came.
+enum class Received : std::uint8_t {
+  whole,
+  refused,  // by whoever took it
+  slow,     // its sender dawdled
+  stopped,  // the server is about to stop
+  broken    // the connection ended
+};
+/// Gives a body piece by piece, as it comes, until there is no more or `use` wants none.
+using UsePiece = std::function<bool(std::string_view piece)>;
+using ReadBody = std::function<Received(const UsePiece& use)>;
+
 struct Response {
   int status = 200;
   std::vector<std::pair<std::string, std::string>> headers;
@@ -41,6 +53,9 @@ struct Response {
   std::string body;
   std::optional<FilePart> part;  // instead of a body
 
+  /// Instead of all that, for a request whose body has not been read: reads it, and gives the
+  /// response. Called once, or never.
+  std::function<Response(const ReadBody&)> take;
   /// Instead of all that: the response once there is one. Asked again and again, from any thread.
   std::function<std::optional<Response>()> later;
   /// Instead of a body: what follows, "" for nothing yet, nothing at the end. Asked as `later` is.

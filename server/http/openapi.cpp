@@ -77,6 +77,9 @@ constexpr const char* schemas = R"({
   "tilesets": {"type": "array", "items": {"type": "object", "required": ["name", "href", "viewer"],
     "properties": {"name": {"type": "string"}, "href": {"type": "string", "format": "uri"},
       "viewer": {"type": "string", "format": "uri"}}}}}},
+"asset": {"type": "object", "required": ["id", "href", "bytes"], "properties": {
+  "id": {"type": "string", "pattern": "^sha256-[0-9a-f]{64}$"}, "href": {"type": "string", "format": "uri"},
+  "bytes": {"type": "integer", "minimum": 0}}},
 "health": {"type": "object", "required": ["status"], "properties": {"status": {"type": "string"}}}
 })";
 
@@ -197,6 +200,79 @@ json events(const json& id) {
                      {id, parameter("Last-Event-ID", "header", "The event that is known", text)})}};
 }
 
+json plain(const char* description, std::initializer_list<const char*> headers = {}) {
+  json response{{"description", description}};
+  for (const auto* name : headers) response["headers"][name] = {{"schema", text}};
+  return response;
+}
+json required_header(const char* name, const char* description, json schema = text) {
+  auto header = parameter(name, "header", description, std::move(schema));
+  header["required"] = true;
+  return header;
+}
+json binary(const char* type) {
+  auto body = content(type, {{"type", "string"}, {"format", "binary"}});
+  body["required"] = true;
+  return body;
+}
+
+json asset() {
+  const auto name = path_parameter("asset", "sha256- and the digest as 64 hexadecimal digits");
+  auto path = file("getAsset", "What was put there", {name});
+  path["head"] =
+      operation("headAsset", "Whether it is there", {{"200", plain("It is", {"ETag"})}}, {name});
+  path["put"] = operation(
+      "putAsset", "Send an elevation model; with Expect: 100-continue only where it is wanted",
+      {{"201", answer("It is there now", "asset")}, {"204", plain("It was there", {"ETag"})}},
+      {name});
+  path["put"]["requestBody"] = binary("application/octet-stream");
+  return path;
+}
+
+/// Of tus 1.0.0.
+const json bytes{{"type", "integer"}, {"minimum", 0}};
+json tus_version() {
+  return required_header("Tus-Resumable", "The version of tus",
+                         {{"type", "string"}, {"enum", {"1.0.0"}}});
+}
+
+json uploads() {
+  json path;
+  path["options"] = operation(
+      "getUploadOptions", "What of tus there is",
+      {{"204", plain("What there is",
+                     {"Tus-Version", "Tus-Extension", "Tus-Max-Size", "Tus-Checksum-Algorithm"})}});
+  path["post"] = operation(
+      "createUpload", "Begin to send an asset in parts, by tus 1.0",
+      {{"201", plain("Send them there", {"Location", "Upload-Offset", "Upload-Expires"})}},
+      {tus_version(), required_header("Upload-Length", "How many bytes will come", bytes),
+       parameter("Upload-Metadata", "header",
+                 "Pairs of a key and Base64; sha256: the digest that is to come out", text)});
+  path["post"]["security"] = key_or_none();
+  return path;
+}
+
+json one_upload() {
+  const auto id = path_parameter("uploadID", "Which upload");
+  json path;
+  path["head"] =
+      operation("getUpload", "How much has come",
+                {{"200", plain("So much; once it is whole, with a link to the asset",
+                               {"Upload-Offset", "Upload-Length", "Upload-Expires", "Link"})}},
+                {id, tus_version()});
+  path["patch"] = operation(
+      "addToUpload", "Send the next part",
+      {{"204", plain("It is there; with a link to the asset after the last",
+                     {"Upload-Offset", "Upload-Expires", "Link"})}},
+      {id, tus_version(), required_header("Upload-Offset", "Where the part belongs", bytes),
+       parameter("Upload-Checksum", "header", "sha256 and the digest of the part in Base64",
+                 text)});
+  path["patch"]["requestBody"] = binary("application/offset+octet-stream");
+  path["delete"] =
+      operation("removeUpload", "Give it up", {{"204", plain("It is gone")}}, {id, tus_version()});
+  return path;
+}
+
 json readiness() {
   auto path = get("getReadiness", "Whether requests are wanted", "health");
   path["get"]["responses"]["503"] = answer("None are: the server is about to stop", "health");
@@ -246,6 +322,9 @@ json paths() {
       {"/jobs/{jobID}/files/{name}", file("getFile", "A file that a job has made", {job, name})},
       {"/jobs/{jobID}/tiles/{name}",
        file("getTile", "A file of a job's tileset, while it runs, too", {job, name})},
+      {"/assets/{asset}", with_key(asset())},
+      {"/uploads", uploads()},
+      {"/uploads/{uploadID}", with_key(one_upload())},
       {"/tilesets", with_key(get("getTilesets", "Finished tilesets", "tilesets"))},
       {"/tilesets/{tileset}/{name}", file("getTilesetFile", "A file of a finished tileset",
                                           {path_parameter("tileset", "Which tileset"), name})}};
@@ -306,7 +385,8 @@ json openapi(const std::string& base) {
            {{"type", "http"},
             {"scheme", "bearer"},
             {"description",
-             "A key with the scope read (lists), submit (posting and deleting) or admin"}}}}}}}};
+             "A key with the scope read (lists, assets), submit (posting, sending and deleting) or "
+             "admin"}}}}}}}};
 }
 
 }  // namespace hoodoo::http

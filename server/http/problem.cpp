@@ -10,14 +10,22 @@ std::string_view title_of(int status) {
   switch (status) {
     case 400:
       return "Bad Request";
+    case 401:
+      return "Unauthorized";
+    case 403:
+      return "Forbidden";
     case 404:
       return "Not Found";
     case 405:
       return "Method Not Allowed";
+    case 408:
+      return "Request Timeout";
     case 409:
       return "Conflict";
     case 411:
       return "Length Required";
+    case 412:
+      return "Precondition Failed";
     case 413:
       return "Content Too Large";
     case 414:
@@ -30,8 +38,12 @@ std::string_view title_of(int status) {
       return "Misdirected Request";
     case 422:
       return "Unprocessable Content";
+    case 423:
+      return "Locked";
     case 429:
       return "Too Many Requests";
+    case 460:
+      return "Checksum Mismatch";
     case 503:
       return "Service Unavailable";
     case 507:
@@ -81,6 +93,19 @@ Response problem(int status, const std::string& detail, const std::vector<Proble
   response.headers = {{"Cache-Control", "no-store"}};
   response.body = body.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   return response;
+}
+
+Response not_received(Received how) {
+  switch (how) {
+    case Received::slow:
+      return problem(408, "The body came too slowly.");
+    case Received::stopped:
+      return problem(503, "The server is about to stop.");
+    case Received::refused:
+      return problem(413, "The body is over the limit.");
+    default:
+      return problem(400, "The body did not come whole.");
+  }
 }
 
 std::vector<Problem> shown(Fault fault, std::vector<Problem> problems,

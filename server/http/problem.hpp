@@ -15,6 +15,9 @@ int status_of(Fault fault);
 Response problem(int status, const std::string& detail, const std::vector<Problem>& problems = {},
                  const std::string& type = "about:blank");
 
+/// Of a request whose body did not come whole.
+Response not_received(Received how);
+
 /// The text of a fault as a client may see it: without the folders of this machine (`hidden`), and
 /// nothing but its kind when it is internal.
 std::vector<Problem> shown(Fault fault, std::vector<Problem> problems,

@@ -1,5 +1,6 @@
 /** The API as its own OpenAPI document and OGC API - Processes 1.0 describe it. */
 import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
 import { copyFile, mkdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -233,12 +234,32 @@ test('What is not there says so in the words of the standard', async () => {
   assert.equal((await ask(`/jobs/${bakes[0]}/results/nothing`)).status, 404);
 });
 
+/** An asset at once, and one in parts. */
+async function sendAssets() {
+  const bytes = Buffer.from('abc'), digest = createHash('sha256').update(bytes).digest('hex');
+  const path = `/assets/sha256-${digest}`, type = { 'content-type': 'application/octet-stream' };
+  for (const status of [201, 204]) assert.equal((await ask(path, { method: 'PUT', headers: type, body: bytes })).status, status);
+  assert.equal((await ask(path.replace(/.$/, (end) => (end === '0' ? '1' : '0')), { method: 'PUT', headers: type, body: bytes })).status, 422);
+  for (const method of ['GET', 'HEAD']) assert.equal((await ask(path, { method })).status, 200);
+  const tus = { 'tus-resumable': '1.0.0' };
+  assert.equal((await ask('/uploads', { method: 'OPTIONS' })).status, 204);
+  const made = await ask('/uploads', { method: 'POST', headers: { ...tus, 'upload-length': '3' } });
+  assert.equal(made.status, 201);
+  const upload = made.headers.get('location').slice(server.url.length);
+  const part = { method: 'PATCH', headers: { ...tus, 'content-type': 'application/offset+octet-stream', 'upload-offset': '0' }, body: bytes };
+  assert.equal((await ask(upload, part)).status, 204);
+  assert.equal((await ask(upload, { ...part, body: Buffer.from('x') })).status, 409);
+  assert.equal((await ask(upload, { method: 'HEAD', headers: tus })).headers.get('upload-offset'), '3');
+  assert.equal((await ask(upload, { method: 'DELETE', headers: tus })).status, 204);
+}
+
 test('Every operation of the document has been asked, and answered as it says', async () => {
   for (const path of ['/healthz', '/readyz', '/metrics', '/tilesets', '/conformance', `/jobs/${bakes[0]}/results/report`]) await ask(path);
   await ask(`/jobs/${bakes[0]}/tiles/tileset.json`);
   await ask('/tilesets/none/tileset.json');
   await ask(`/jobs/${bakes[0]}/files/none.tif`);
   await ask(`/jobs/${bakes[0]}/events`);
+  await sendAssets();
   const asked = [...contract.seen].map((text) => text.split(' ').slice(0, 2).join(' '));
   for (const [path, operations] of Object.entries(contract.document.paths)) {
     for (const method of Object.keys(operations)) {

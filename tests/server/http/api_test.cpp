@@ -24,13 +24,16 @@ class Api : public testing::Test {
     settings.data = temporary.path / "data";
     queue = std::make_unique<job::Queue>(settings,
                                          engine_of([this](const auto& work) { return run(work); }));
+    assets.emplace(temporary.path / "data", 1 << 20);
+    uploads.emplace(*assets, std::chrono::seconds(60));
     http::ApiSettings api_settings;
     api_settings.base = "http://127.0.0.1:1234";
     api_settings.hosts = {"127.0.0.1:1234"};
     api_settings.viewer = temporary.path / "viewer";
     api_settings.hidden = {temporary.path.string() + "/"};
     api_settings.scene_schema = [] { return json{{"type", "object"}}; };
-    api = std::make_unique<http::Api>(*queue, std::move(api_settings));
+    api = std::make_unique<http::Api>(*queue, assets.value(), uploads.value(),
+                                      std::move(api_settings));
   }
 
   Response ask(const std::string& method, const std::string& path, const std::string& body = "",
@@ -56,6 +59,8 @@ class Api : public testing::Test {
     return finished();
   };
   std::unique_ptr<job::Queue> queue;
+  std::optional<asset::Assets> assets;
+  std::optional<asset::Uploads> uploads;
   std::unique_ptr<http::Api> api;
 };
 

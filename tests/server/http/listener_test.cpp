@@ -72,6 +72,24 @@ std::string request(const std::string& line, const std::string& headers = "",
 Response echo(const Request& request) {
   if (request.path == "/throw") throw std::runtime_error("secret");
   Response response;
+  if (request.path == "/taken") {
+    if (request.header("refuse") == "yes") {
+      response.status = 422;
+      return response;
+    }
+    response.take = [](const http::ReadBody& read) {
+      std::size_t came = 0;
+      const auto how = read([&came](std::string_view piece) {
+        came += piece.size();
+        return true;
+      });
+      Response taken;
+      taken.type = "text/plain";
+      taken.body = how == http::Received::whole ? std::to_string(came) + " came" : "broken";
+      return taken;
+    };
+    return response;
+  }
   if (request.path == "/none") {
     response.status = 304;
     return response;
@@ -84,10 +102,11 @@ Response echo(const Request& request) {
 
 class Listening : public testing::Test {
  protected:
-  Listening() : thread([this](const std::stop_token& stop) { listener.run(echo, stop); }) {}
+  Listening() : thread([this](const std::stop_token& stop) { listener.run(service, stop); }) {}
 
   std::string send(const std::string& text) const { return converse(listener.port(), text); }
 
+  const http::Service service{echo, [](const Request& head) { return head.path == "/taken"; }};
   Listener listener{"127.0.0.1", 0};
   std::jthread thread;
 };
@@ -128,6 +147,34 @@ TEST_F(Listening, RefusesABodyWithoutLengthOrWithAnEncoding) {
   EXPECT_THAT(send(request("POST /", "Content-Encoding: gzip\r\nContent-Length: 1\r\n", "x")),
               StartsWith("HTTP/1.1 415"));
 }
+TEST_F(Listening, GivesABodyPieceByPieceToWhoTakesIt) {
+  const std::string body(http::most_body + 1, 'x');
+  const auto length = "Content-Length: " + std::to_string(body.size()) + "\r\n";
+  EXPECT_THAT(send(request("PUT /taken", length, body)), HasSubstr("4194305 came"));
+  EXPECT_THAT(send(request("PUT /taken", length, "abc")), HasSubstr("broken"));
+  EXPECT_THAT(send(request("PUT /taken", "Content-Length: 0\r\n")), HasSubstr("0 came"));
+}
+TEST_F(Listening, SaysWithoutTheBodyWhatItCan) {
+  const std::string expects = "Expect: 100-continue\r\nContent-Length: 3\r\n";
+  EXPECT_THAT(send(request("PUT /taken", expects, "abc")), StartsWith("HTTP/1.1 100"));
+  EXPECT_THAT(send(request("PUT /taken", expects + "Refuse: yes\r\n")), StartsWith("HTTP/1.1 422"));
+}
+TEST_F(Listening, TakesNothingOfAnUnreadBodyForARequest) {
+  const std::string inner = "GET /b HTTP/1.1\r\nHost: a\r\n\r\n";
+  const auto length = "Content-Length: " + std::to_string(inner.size()) + "\r\n";
+  const auto head = "PUT /taken HTTP/1.1\r\nHost: a\r\n";
+  for (const std::string& more :
+       {length + "Refuse: yes\r\n", length + "Content-Encoding: gzip\r\n"}) {
+    const auto answer = send(head + more + "\r\n" + inner);
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 4"));
+    EXPECT_THAT(answer, Not(HasSubstr("GET /b")));
+  }
+}
+TEST_F(Listening, RefusesForms) {
+  const auto form = "Content-Type: multipart/form-data; boundary=x\r\nContent-Length: 3\r\n";
+  EXPECT_THAT(send(request("POST /", form, "abc")), StartsWith("HTTP/1.1 415"));
+  EXPECT_THAT(send(request("PUT /taken", form, "abc")), StartsWith("HTTP/1.1 415"));
+}
 TEST_F(Listening, RefusesWhatIsNoRequest) {
   EXPECT_THAT(send("nonsense\r\n\r\n"), StartsWith("HTTP/1.1 400"));
   const auto smuggled =
@@ -157,7 +204,7 @@ TEST(Listener, MayBeStoppedBeforeItRuns) {
   Listener listener("127.0.0.1", 0);
   std::stop_source stop;
   stop.request_stop();
-  listener.run(echo, stop.get_token());
+  listener.run({echo, {}}, stop.get_token());
 }
 TEST(Listener, RefusesAnAddressThatIsNotItsOwn) { EXPECT_THROW(Listener("192.0.2.1", 0), Error); }
 

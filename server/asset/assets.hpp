@@ -1,0 +1,83 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "engine/base/hash.hpp"
+#include "server/asset/incoming.hpp"
+
+/// server/asset: contents that clients have sent, named by their SHA-256.
+namespace hoodoo::asset {
+
+/// "sha256-" and 64 lower-case hexadecimal digits; nothing for any other text.
+std::optional<Digest> digest_of(std::string_view name);
+std::string name_of(const Digest& digest);
+
+/// Space that is kept for content under way, until its last holder is gone, which must be before
+/// the assets are.
+using Space = std::shared_ptr<const std::uint64_t>;
+
+/// The disk keeps this much free of them, for jobs. [bytes]
+inline constexpr std::uint64_t free_space = 64u << 20;
+
+/// Finished contents in data/assets, each whole and on the disk, never changed; what is under way
+/// lies in data/uploads, where no job may read.
+///
+/// For one process at a time, any thread.
+class Assets {
+ public:
+  /// `most` bytes in all. Removes what a killed server had under way, but no upload that can be
+  /// resumed. Errors: io.
+  Assets(const std::filesystem::path& data, std::uint64_t most);
+
+  std::uint64_t most() const { return most_; }
+  bool holds(const Digest& digest) const;
+  std::filesystem::path file(const Digest& digest) const;
+  const std::filesystem::path& under_way() const { return uploads_; }
+
+  /// Keeps space for one content. Errors: limit, it is more than `most`; io, there is too little
+  /// left of that, or on the disk.
+  Space reserve(std::uint64_t bytes);
+  /// Makes a file in data/uploads, on the disk already, an asset. Errors: io.
+  void adopt(const std::filesystem::path& file, const Digest& digest) const;
+
+ private:
+  std::uint64_t used() const;
+
+  std::filesystem::path assets_, uploads_;
+  const std::uint64_t most_;
+  std::mutex mutex_;
+  std::uint64_t reserved_ = 0;  // [bytes] under way; guarded by mutex_
+};
+
+/// One content that arrives at once; gone with its holder unless it was committed.
+class Draft {
+ public:
+  /// Takes space and room for all of it. Errors: as Assets::reserve, io.
+  Draft(Assets& assets, std::uint64_t bytes);
+  ~Draft();
+  Draft(const Draft&) = delete;
+  Draft& operator=(const Draft&) = delete;
+
+  void add(std::string_view bytes) { file_->add(bytes); }
+  /// Makes it an asset. Errors: bad_input, its digest is another one; io.
+  void commit(const Digest& digest);
+
+ private:
+  Assets& assets_;
+  const Space space_;
+  const std::filesystem::path path_;
+  RunningHash hash_;
+  std::optional<Incoming> file_;
+};
+
+/// What to say of a content that is not what it was said to be.
+std::string other_digest(const Digest& wanted, const Digest& found);
+/// 128 random bits as hexadecimal digits. Errors: io.
+std::string random_name();
+
+}  // namespace hoodoo::asset
