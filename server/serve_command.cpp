@@ -26,7 +26,7 @@ void add_serve(CLI::App& app, int* exit) {
     int jobs = 1;
     std::size_t most_waiting = 100;
     std::optional<std::size_t> job_memory_mib;
-    std::int64_t job_seconds = 0, upload_seconds = 86400;
+    std::int64_t job_seconds = 0, keep_seconds = 0, upload_seconds = 86400;
     std::uint64_t asset_mib = 65536;
   };
   auto options = std::make_shared<Options>();
@@ -69,6 +69,12 @@ void add_serve(CLI::App& app, int* exit) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 31))
       ->capture_default_str();
   command
+      ->add_option("--keep-seconds", options->keep_seconds,
+                   "How long [s] a job that has ended is kept with its results; 0: until somebody "
+                   "deletes it")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 31))
+      ->capture_default_str();
+  command
       ->add_option("--asset-space", options->asset_mib,
                    "Most space [MiB] of all assets that clients have sent, and of one")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 40))
@@ -105,6 +111,7 @@ void add_serve(CLI::App& app, int* exit) {
     const auto& memory_mib = options->resources.memory_mib;
     settings.limits.memory = options->job_memory_mib.value_or(2 * memory_mib + 512) << 20;
     settings.limits.processor = std::chrono::seconds(options->job_seconds);
+    settings.keep = std::chrono::seconds(options->keep_seconds);
     settings.asset_space = options->asset_mib << 20;
     settings.upload_patience = std::chrono::seconds(options->upload_seconds);
     settings.program = std::filesystem::read_symlink("/proc/self/exe");

@@ -153,6 +153,7 @@ void serve(const Settings& given) {
   queue_settings.data = settings.data;
   queue_settings.at_once = settings.at_once;
   queue_settings.most_waiting = settings.most_waiting;
+  queue_settings.keep = settings.keep;
   job::Queue queue(std::move(queue_settings),
                    {[commands](const fs::path& scene) { return commands.check(scene); },
                     [commands](const job::Work& work) { return commands.run(work); }});

@@ -25,6 +25,7 @@ struct Settings {
   int at_once = 1;                               // jobs that run
   std::size_t most_waiting = 100;                // jobs
   job::Limits limits;                            // of a job's process
+  std::chrono::seconds keep{0};                  // a job that has ended; 0: until it is deleted
   std::uint64_t asset_space = std::uint64_t{64} << 30;  // [bytes] of assets
   std::chrono::seconds upload_patience{86400};          // with an upload that nothing is added to
   std::filesystem::path program;                        // hoodoo, which carries jobs out

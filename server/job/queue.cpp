@@ -102,6 +102,9 @@ Queue::Queue(Settings settings, Engine engine)
   for (int i = 0; i < settings_.at_once; ++i) {
     workers_.emplace_back([this](const std::stop_token& stop) { work(stop); });
   }
+  if (settings_.keep.count() > 0) {
+    workers_.emplace_back([this](const std::stop_token& stop) { remove_old(stop); });
+  }
 }
 
 Queue::~Queue() {
@@ -262,6 +265,26 @@ void Queue::work(const std::stop_token& stop) {
     const std::lock_guard guard(mutex_);
     running_.erase(entry->job.id);
     left_.notify_all();
+  }
+}
+
+/// Dismisses jobs some time after they have ended, a few at a time, until the queue stops.
+void Queue::remove_old(const std::stop_token& stop) {
+  const auto pause = std::clamp<std::chrono::seconds>(settings_.keep / 10, std::chrono::seconds(1),
+                                                      std::chrono::minutes(1));
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any stopped;
+  while (!stop.stop_requested()) {
+    Filter old;
+    old.limit = 100;
+    old.ended_by = now() - settings_.keep;
+    try {
+      for (const auto& job : list(old)) dismiss(job.id);
+    } catch (const Error& error) {
+      fmt::print(stderr, "hoodoo: {}\n", error.what());
+    }
+    stopped.wait_for(lock, stop, pause, [] { return false; });
   }
 }
 

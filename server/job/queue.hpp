@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <filesystem>
@@ -40,6 +41,8 @@ struct Settings {
   int at_once = 1;                 // jobs that run
   std::size_t most_waiting = 100;  // jobs accepted but not started, of all owners
   std::size_t most_of_owner = 50;  // and of one
+  /// How long a job that has ended is kept with its results; 0: until it is dismissed.
+  std::chrono::seconds keep{0};
 };
 
 /// What became of a request.
@@ -91,6 +94,7 @@ class Queue {
   void sweep();
   Submitted replay(const Job& first, const std::string& fingerprint) const;
   void work(const std::stop_token& stop);
+  void remove_old(const std::stop_token& stop);
   std::shared_ptr<Entry> next(const std::stop_token& stop);
   void run(Entry& entry, const std::stop_token& stop);
   bool end(Job& job, Status status);
@@ -104,7 +108,7 @@ class Queue {
   std::condition_variable_any changed_, left_;
   std::unique_ptr<Store> store_;
   std::map<std::string, std::shared_ptr<Entry>, std::less<>> running_;  // and what they become
-  std::vector<std::jthread> workers_;                                   // last: the first to go
+  std::vector<std::jthread> workers_;  // and who removes old jobs; last: the first to go
 };
 
 }  // namespace hoodoo::job

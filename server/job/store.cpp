@@ -184,6 +184,7 @@ std::string where_of(const Filter& filter) {
   if (filter.before) sql += " AND serial < ?";
   if (filter.shortest) sql += " AND coalesce(finished, ?) - started >= ?";
   if (filter.longest) sql += " AND coalesce(finished, ?) - started <= ?";
+  if (filter.ended_by) sql += " AND finished <= ?";
   return sql;
 }
 
@@ -196,6 +197,7 @@ void bind(Statement& statement, const Filter& filter, Time now) {
   if (filter.before) statement.bind(static_cast<std::int64_t>(*filter.before));
   if (filter.shortest) statement.bind(milliseconds(now)).bind(*filter.shortest);
   if (filter.longest) statement.bind(milliseconds(now)).bind(*filter.longest);
+  if (filter.ended_by) statement.bind(milliseconds(*filter.ended_by));
 }
 
 }  // namespace

@@ -19,6 +19,7 @@ struct Filter {
   std::optional<Time> from, to;                   // of creation
   std::optional<std::int64_t> shortest, longest;  // [ms] run so far; a job that waits has none
   std::optional<std::uint64_t> before;            // serial; exclusive
+  std::optional<Time> ended_by;                   // jobs that ended then or earlier
   std::size_t limit = 10;
 };
 

@@ -208,6 +208,29 @@ TEST(Queue, RemovesAnEndedJobThatIsDismissed) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path / "data/jobs"));
 }
 
+TEST(Queue, RemovesJobsSomeTimeAfterTheyEnded) {
+  const TemporaryFolder folder;
+  auto settings = settings_in(folder);
+  settings.keep = std::chrono::seconds(1);
+  settings.at_once = 2;
+  Queue queue(settings, engine_of([](const job::Work& work) {
+                const auto scene =
+                    nlohmann::json::parse(read_file(work.folder / "scene.json", 1U << 20));
+                return scene.contains("long") ? until_stopped(work) : finished();
+              }));
+  auto slow = good_scene();
+  slow["long"] = 1;
+  const auto running = queue.submit(bake_of(slow)).job.id;
+  const auto ended = queue.submit(bake_of(good_scene())).job.id;
+  wait_for(queue, ended, Status::successful);
+  for (int i = 0; i < 1000 && queue.find(ended); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_FALSE(queue.find(ended));
+  EXPECT_FALSE(std::filesystem::exists(queue.results(ended)));
+  EXPECT_EQ(queue.find(running)->status, Status::running);
+}
+
 TEST(Queue, KeepsWhyAJobFailed) {
   const TemporaryFolder folder;
   {
