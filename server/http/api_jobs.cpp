@@ -182,9 +182,11 @@ Response Api::result_file(const Request& request, const Parameters& parameters) 
 }
 
 Response Api::tile(const Request& request, const Parameters& parameters) {
-  if (!queue_.find(parameters[0])) return no_job();
-  return serve_file({queue_.results(parameters[0]), {".json", ".glb", ".subtree"}}, parameters[1],
-                    request);
+  // Files are there for as long as their job: the store is asked only where there is none.
+  if (!job::is_id(parameters[0])) return no_job();
+  auto response = serve_file({queue_.results(parameters[0]), {".json", ".glb", ".subtree"}},
+                             parameters[1], request);
+  return response.status == 404 && !queue_.find(parameters[0]) ? no_job() : response;
 }
 
 json Api::info(const job::Job& job) const { return status_info(job, visible(job), settings_.base); }

@@ -2,7 +2,9 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <linux/openat2.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -33,30 +35,28 @@ bool is_plain(std::string_view segment) {
          segment.find_first_not_of(allowed) == segment.npos;
 }
 
-/// The segments of a name that may be served, or nothing.
-std::vector<std::string> segments(std::string_view name) {
-  std::vector<std::string> parts;
-  for (;;) {
+/// The last segment of a name that may be served, or nothing.
+std::string_view last_segment(std::string_view name) {
+  for (std::size_t n = 0; n < most_segments; ++n) {
     const auto slash = name.find('/');
-    const auto part = name.substr(0, slash);
-    if (!is_plain(part) || parts.size() == most_segments) return {};
-    parts.emplace_back(part);
-    if (slash == name.npos) return parts;
+    if (!is_plain(name.substr(0, slash))) return {};
+    if (slash == name.npos) return name;
     name.remove_prefix(slash + 1);
   }
+  return {};
 }
 
-/// Walks down segment by segment, so that no symbolic link is followed anywhere on the way.
-Descriptor open_below(const std::filesystem::path& folder, const std::vector<std::string>& parts) {
-  int at = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
-  for (std::size_t i = 0; at >= 0 && i < parts.size(); ++i) {
-    const bool last = i + 1 == parts.size();
-    const int flags = last ? O_RDONLY | O_NONBLOCK : O_PATH | O_DIRECTORY;
-    const int below = ::openat(at, parts[i].c_str(), flags | O_NOFOLLOW | O_CLOEXEC);
-    ::close(at);
-    at = below;
-  }
-  return at < 0 ? nullptr : owned(at);
+/// No symbolic link is followed anywhere below the folder, and nothing leaves it.
+Descriptor open_below(const std::filesystem::path& folder, std::string_view name) {
+  const int at = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+  if (at < 0) return nullptr;
+  open_how how{};
+  how.flags = O_RDONLY | O_NONBLOCK | O_CLOEXEC;
+  how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
+  const auto file =
+      ::syscall(SYS_openat2, at, std::string(name).c_str(), &how, sizeof how);  // glibc has no name
+  ::close(at);
+  return file < 0 ? nullptr : owned(static_cast<int>(file));
 }
 
 /// True for a name that the SHA-256 of a tile or an asset makes.
@@ -148,9 +148,9 @@ bool lists(std::string_view header, std::string_view etag) {
 bool is_plain_name(std::string_view name) { return is_plain(name); }
 
 bool may_be_served(std::string_view name, std::span<const std::string_view> extensions) {
-  const auto parts = segments(name);
-  if (parts.empty()) return false;
-  const auto extension = std::filesystem::path(parts.back()).extension().string();
+  const auto last = last_segment(name);
+  if (last.empty()) return false;
+  const auto extension = std::filesystem::path(last).extension().string();
   return std::ranges::find(extensions, extension) != extensions.end();
 }
 
@@ -192,7 +192,7 @@ Response serve_part(const FilePart& part, std::string_view name, const Request& 
 
 Response serve_file(const Folder& folder, std::string_view name, const Request& request) {
   if (!may_be_served(name, folder.extensions)) return not_found();
-  const auto file = open_below(folder.path, segments(name));
+  const auto file = open_below(folder.path, name);
   struct stat status {};
   if (!file || ::fstat(*file, &status) != 0 || !S_ISREG(status.st_mode)) return not_found();
   return serve_part({file, 0, static_cast<std::uint64_t>(status.st_size)}, name, request);

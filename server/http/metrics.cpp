@@ -9,6 +9,10 @@
 
 #include <array>
 #include <fstream>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <tuple>
 
 #include "server/job/state.hpp"
 
@@ -30,6 +34,12 @@ constexpr std::array statuses{job::Status::accepted, job::Status::running, job::
 
 }  // namespace
 
+/// What one kind of request counts into.
+struct Series {
+  prometheus::Counter& requests;
+  prometheus::Histogram& seconds;
+};
+
 struct Metrics::Registry {
   prometheus::Registry all;
   prometheus::Family<prometheus::Counter>& requests =
@@ -46,18 +56,31 @@ struct Metrics::Registry {
                                   .Help("Resident memory of the server, without its jobs.")
                                   .Register(all)
                                   .Add({});
+  // Finding a series by its labels takes longer than most answers.
+  std::mutex mutex;
+  std::map<std::tuple<std::string, std::string, int>, Series, std::less<>> series;
+
+  const Series& of(std::string_view route, std::string_view method, int status) {
+    const std::lock_guard guard(mutex);
+    const auto known = series.find(std::tuple(route, method, status));
+    if (known != series.end()) return known->second;
+    const prometheus::Histogram::BucketBoundaries buckets{0.001, 0.005, 0.025, 0.1,
+                                                          0.5,   2.5,   10,    60};
+    const std::string name(route), verb(method);
+    const Series made{
+        requests.Add({{"route", name}, {"method", verb}, {"code", std::to_string(status)}}),
+        seconds.Add({{"route", name}}, buckets)};
+    return series.emplace(std::tuple(name, verb, status), made).first->second;
+  }
 };
 
 Metrics::Metrics() : registry_(std::make_unique<Registry>()) {}
 Metrics::~Metrics() = default;
 
 void Metrics::count(std::string_view route, std::string_view method, int status, double seconds) {
-  const prometheus::Histogram::BucketBoundaries buckets{0.001, 0.005, 0.025, 0.1, 0.5, 2.5, 10, 60};
-  const std::string name(route);
-  registry_->requests
-      .Add({{"route", name}, {"method", std::string(method)}, {"code", std::to_string(status)}})
-      .Increment();
-  registry_->seconds.Add({{"route", name}}, buckets).Observe(seconds);
+  const auto& series = registry_->of(route, method, status);
+  series.requests.Increment();
+  series.seconds.Observe(seconds);
 }
 
 std::string Metrics::text(const job::Queue& queue) {
