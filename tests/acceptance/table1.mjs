@@ -162,7 +162,7 @@ async function measure(name, scene) {
 await mkdir(folder, { recursive: true });
 console.log('Ours / the paper\'s; ! where a goal is missed.\n');
 console.log(options.nodes ? '| scene | #N | bytes |\n|---|---|---|'
-  : '| scene | km | a | #N | generation [s] | memory [MB] | grid | t [s] | t0 [s] | t0/t | #C [M] | #C0 [M] | #C0/#C | #C0/points in columns' bounds |\n|' + '---|'.repeat(14));
+  : '| scene | km | a | #N | generation [s] | memory [MB] | grid | t [s] | t0 [s] | t0/t | #C [M] | #C0 [M] | #C0/#C | #C0/points in bounds of columns |\n|' + '---|'.repeat(14));
 for (const [name, scene] of Object.entries(scenes)) {
   if (names.length === 0 || names.includes(name)) await measure(name, scene);
 }
