@@ -20,7 +20,9 @@ class BallKernel final : public Kernel {
   void gradients(const Points& at, std::span<float> out, const Gradients& g) const override {
     splat(balls_, rule_, at, out, g);
   }
-  void cube(const Cube& at, CubeValues out) const override { splat(balls_, rule_, at, out); }
+  void cube(const Cube& at, CubeValues out, AskedRows& asked) const override {
+    splat(balls_, rule_, at, out, asked);
+  }
   void explain(int depth, std::vector<std::string>& lines) const override {
     lines.push_back(std::string(static_cast<std::size_t>(2 * depth), ' ') + std::string(type_));
   }

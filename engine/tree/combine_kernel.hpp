@@ -28,13 +28,16 @@ class CombineKernel final : public Kernel {
     for (std::size_t i = 0; i < n; ++i) out[i] = node_.last(out[i]);
   }
 
-  void cube(const Cube& at, CubeValues out) const override {
+  void cube(const Cube& at, CubeValues out, AskedRows& asked) const override {
+    if constexpr (requires { node_.of_zero(); }) {
+      if (node_.of_zero() != 0) asked.fill(1);
+    }
     const std::size_t n = batch_size * at.nx;
     std::array<float, Cube::size> child;
-    put_cube(children_[0].get(), at, out);
+    put_cube(children_[0].get(), at, out, asked);
     for (std::size_t i = 0; i < n; ++i) out[i] = node_.first(out[i]);
     for (std::size_t c = 1; c < children_.size(); ++c) {
-      put_cube(children_[c].get(), at, child);
+      put_cube(children_[c].get(), at, child, asked);
       for (std::size_t i = 0; i < n; ++i) out[i] = node_.join(out[i], child[i]);
     }
     for (std::size_t i = 0; i < n; ++i) out[i] = node_.last(out[i]);
@@ -76,8 +79,8 @@ class CombineKernel final : public Kernel {
     if (child != nullptr) return child->values(at, out);
     std::fill(out.begin(), out.end(), 0.0F);
   }
-  static void put_cube(const Kernel* child, const Cube& at, CubeValues out) {
-    if (child != nullptr) return child->cube(at, out);
+  static void put_cube(const Kernel* child, const Cube& at, CubeValues out, AskedRows& asked) {
+    if (child != nullptr) return child->cube(at, out, asked);
     std::fill(out.begin(), out.end(), 0.0F);
   }
   static void put_gradients(const Kernel* child, const Points& at, std::span<float> out,

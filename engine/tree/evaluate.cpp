@@ -63,7 +63,8 @@ Compiled compile_one(const N& node, const std::vector<Node>& children, const Blo
 
 }  // namespace
 
-void Kernel::cube(const Cube& at, CubeValues out) const {
+void Kernel::cube(const Cube& at, CubeValues out, AskedRows& asked) const {
+  asked.fill(1);
   std::array<float, batch_size> x, y, z;
   static_assert(batch_size == Cube::side * Cube::side);
   for (std::size_t n = 0; n < batch_size; ++n) {

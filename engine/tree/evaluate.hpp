@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +14,9 @@ namespace hoodoo::tree {
 /// At most so many points go through a kernel at once; kernels keep their arrays on the stack.
 inline constexpr std::size_t batch_size = 256;
 
+/// The rows of a cube, at 16 i + j: not 0 where a primitive was asked.
+using AskedRows = std::array<std::uint8_t, Cube::side * Cube::side>;
+
 /// A construction tree compiled for one block: its values at points relative to the block's origin.
 /// Immutable; any number of threads. A 0 may be -0: which of them depends on what was pruned.
 class Kernel {
@@ -21,8 +26,9 @@ class Kernel {
   virtual void values(const Points& at, std::span<float> out) const = 0;
   /// The same bits in `out`, and the gradient.
   virtual void gradients(const Points& at, std::span<float> out, const Gradients& g) const = 0;
-  /// The bits that `values` gives at the points of a cube.
-  virtual void cube(const Cube& at, CubeValues out) const;
+  /// The bits that `values` gives at the points of a cube. Marks the rows at which a primitive was
+  /// asked; at the others the value is 0.
+  virtual void cube(const Cube& at, CubeValues out, AskedRows& asked) const;
   /// Types of the nodes that are left, one line each, indented by depth.
   virtual void explain(int depth, std::vector<std::string>& lines) const = 0;
 };

@@ -82,16 +82,17 @@ class BlockField final : public Field {
     });
   }
 
-  void grid(const Grid& at, std::span<float> out, Columns* columns) const override {
+  std::size_t grid(const Grid& at, std::span<float> out, Columns* columns) const override {
     const bool narrow = at.x.size() <= Cube::side && at.y.size() <= Cube::side;
     const bool whole = at.y.size() == Cube::side && at.z.size() == Cube::side;
     alignas(64) std::array<float, Cube::size> f;
+    std::size_t asked = 0;
     for_cubes(at, [&](const Cube& cube, const std::array<std::size_t, 4>& from) {
       Columns own;
       const auto [i0, j0, k0, nz] = from;
       const bool here = whole && cube.nx == Cube::side;
       const CubeValues values = here ? CubeValues(out.data() + i0 * batch_size, Cube::size) : f;
-      run(cube, values, narrow && columns != nullptr ? *columns : own);
+      asked += nz * run(cube, values, narrow && columns != nullptr ? *columns : own);
       for (std::size_t i = 0; i < cube.nx && !here; ++i) {
         for (std::size_t j = 0; j < cube.ny; ++j) {
           const float* row = f.data() + (Cube::side * i + j) * Cube::side;
@@ -100,6 +101,7 @@ class BlockField final : public Field {
         }
       }
     });
+    return asked;
   }
 
   void gradients(const Points& at, std::span<float> out, const Gradients& g) const override {
@@ -253,10 +255,14 @@ class BlockField final : public Field {
     }
   }
 
-  void run(const Cube& at, CubeValues f, Columns& columns) const {
+  /// Returns at how many rows anything but one body's elevations was asked.
+  std::size_t run(const Cube& at, CubeValues f, Columns& columns) const {
     const bool regional = std::any_of(steps_.begin(), steps_.end(),
                                       [](const auto& s) { return s.region != nullptr; });
-    if (regional) return run_planes(at, f);
+    if (regional) {
+      run_planes(at, f);
+      return at.nx * at.ny;
+    }
     alignas(64) std::array<float, Cube::size> tree;
     columns.bodies.resize(ground_->bodies.size());
     if (bodies_.empty()) std::fill(f.begin(), f.end(), 0.0F);
@@ -265,14 +271,27 @@ class BlockField final : public Field {
       bodies_[b].cube(at, columns.bodies[place], b == 0 ? f : tree);
       if (b > 0) unite_rows(at.nx, f, tree);
     }
+    AskedRows asked;
+    const bool plain = bodies_.size() == 1 && bodies_[0].elevations() != nullptr;
+    asked.fill(plain ? 0 : 1);
     for (const CompiledStep& s : steps_) {
       if (s.tree.kernel) {
-        s.tree.kernel->cube(at, tree);
+        s.tree.kernel->cube(at, tree, asked);
       } else {
         tree.fill(0);
       }
+      if (acts_by_zero(s.step->operation)) asked.fill(1);
       apply_rows(s.step->operation, at.nx, f, tree);
     }
+    return count_asked(at, asked);
+  }
+
+  static std::size_t count_asked(const Cube& at, const AskedRows& asked) {
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < at.nx; ++i) {
+      for (std::size_t j = 0; j < at.ny; ++j) n += asked[Cube::side * i + j] != 0 ? 1 : 0;
+    }
+    return n;
   }
 
   /// Plane by plane, as batches.

@@ -25,8 +25,11 @@ class Field {
   /// F in [0,1]; solid where F > 1/2.
   virtual void values(const Points& at, std::span<float> out) const = 0;
   /// F at the points of a grid: the bits that `values` gives, found faster. `columns`, if given,
-  /// carries what is known of them from one field to the next one above or below.
-  virtual void grid(const Grid& at, std::span<float> out, Columns* columns = nullptr) const = 0;
+  /// carries what is known of them from one field to the next one above or below. Returns at how
+  /// many of the points anything but one body's elevations was asked: at the others no primitive
+  /// reaches their row along z.
+  virtual std::size_t grid(const Grid& at, std::span<float> out,
+                           Columns* columns = nullptr) const = 0;
   /// F and its gradient. `out` has the same bits as from `values`.
   virtual void gradients(const Points& at, std::span<float> out,
                          const Gradients& gradient) const = 0;

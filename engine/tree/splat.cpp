@@ -57,8 +57,8 @@ HWY_BEFORE_NAMESPACE();
 namespace hoodoo::tree::HWY_NAMESPACE {
 
 template <bool thin>
-void SmoothCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at,
-                float* out) {
+void SmoothCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at, float* out,
+                std::uint8_t* asked) {
   const Tag d;
   ForBallRows<thin, false>(
       balls, rule, at, [&](const SplatBall& ball, const CubeRows& rows) HWY_ATTR {
@@ -66,6 +66,7 @@ void SmoothCube(std::span<const SplatBall> balls, const SplatRule& rule, const C
         for (std::size_t row = 0; row < rows.n; ++row) {
           const Floats square = All(rows.square[row]);
           float* o = out + Cube::side * rows.place[row];
+          asked[rows.place[row]] = 1;
           for (std::size_t k = 0; k < Cube::side; k += Width()) {
             const Floats r2 = hn::Add(square, hn::Load(d, rows.z2 + k));
             const Floats f = Term(Closeness<thin, false>(r2, b, b.amplitude), b);
@@ -176,8 +177,8 @@ void AddRoughGradients(Candidates& c, const SplatRule& rule, const Lanes& b, Bat
 }
 
 template <bool thin>
-void RoughCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at,
-               float* out) {
+void RoughCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at, float* out,
+               std::uint8_t* asked) {
   const Tag d;
   Candidates c;
   const WordTag dw;
@@ -188,6 +189,7 @@ void RoughCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cu
         for (std::size_t row = 0; row < rows.n; ++row) {
           if (c.n + Cube::side > Candidates::most) AddRough<thin>(c, rule, b, out);
           const std::uint32_t place = rows.place[row];
+          asked[place] = 1;
           const Floats square = All(rows.square[row]);
           const Floats dx = All(at.x[place / Cube::side] - ball.x);
           const Floats dy = All(at.y[place % Cube::side] - ball.y);
@@ -323,14 +325,16 @@ void SumBatch(const SplatBalls& balls, const SplatRule& rule, Batch& p) {
                      : SumSmooth<thin, gradient>(balls, rule, p);
 }
 
-void SplatCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at,
-               float* out) {
+void SplatCube(std::span<const SplatBall> balls, const SplatRule& rule, const Cube& at, float* out,
+               std::uint8_t* asked) {
   std::fill(out, out + Cube::size, 0.0F);
   if (balls.empty()) return;
   if (rule.amplitude > 0) {
-    rule.thin ? RoughCube<true>(balls, rule, at, out) : RoughCube<false>(balls, rule, at, out);
+    rule.thin ? RoughCube<true>(balls, rule, at, out, asked)
+              : RoughCube<false>(balls, rule, at, out, asked);
   } else {
-    rule.thin ? SmoothCube<true>(balls, rule, at, out) : SmoothCube<false>(balls, rule, at, out);
+    rule.thin ? SmoothCube<true>(balls, rule, at, out, asked)
+              : SmoothCube<false>(balls, rule, at, out, asked);
   }
 }
 void SplatValues(const SplatBalls& balls, const SplatRule& rule, Batch& p) {
@@ -365,8 +369,9 @@ SplatBalls::SplatBalls(std::vector<SplatBall> list) : list_(std::move(list)) {
   }
 }
 
-void splat(const SplatBalls& balls, const SplatRule& rule, const Cube& at, CubeValues out) {
-  HWY_DYNAMIC_DISPATCH(SplatCube)(balls.list(), rule, at, out.data());
+void splat(const SplatBalls& balls, const SplatRule& rule, const Cube& at, CubeValues out,
+           std::span<std::uint8_t, Cube::side * Cube::side> asked) {
+  HWY_DYNAMIC_DISPATCH(SplatCube)(balls.list(), rule, at, out.data(), asked.data());
 }
 void splat(const SplatBalls& balls, const SplatRule& rule, const Points& at, std::span<float> out) {
   if (at.size() == 0) return;

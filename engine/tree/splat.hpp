@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -44,8 +45,9 @@ struct SplatRule {
 /// Sums the fields of `balls` in their order, each rounded as primitive_kernel.hpp has it: the same
 /// bits as a blend of such nodes, on every instruction set. A ball's rows are found by the
 /// arithmetic of the field itself, which grows with distance in single precision too, so that a row
-/// left out is exactly 0.
-void splat(const SplatBalls& balls, const SplatRule& rule, const Cube& at, CubeValues out);
+/// left out is exactly 0. Those that are not are marked in `asked`, at 16 i + j.
+void splat(const SplatBalls& balls, const SplatRule& rule, const Cube& at, CubeValues out,
+           std::span<std::uint8_t, Cube::side * Cube::side> asked);
 /// At most 256 points. Faster if points next to each other in the list are near each other.
 void splat(const SplatBalls& balls, const SplatRule& rule, const Points& at, std::span<float> out);
 /// The same bits in `out`, and the gradient.

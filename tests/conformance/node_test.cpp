@@ -124,7 +124,8 @@ TEST_P(EveryNode, GivesACubeTheBitsOfABatchOnEveryInstructionSet) {
     for (std::int64_t target = all & -all; target != 0; target = target << 1) {
       if ((all & target) == 0) continue;
       hwy::SetSupportedTargetsForTest(target);
-      compiled.kernel->cube(cube, CubeValues(out.data(), Cube::size));
+      AskedRows asked{};
+      compiled.kernel->cube(cube, CubeValues(out.data(), Cube::size), asked);
       const auto again = values(compiled, {x, y, z});
       ASSERT_TRUE(same_bits(batch, again)) << hwy::TargetName(target);
       for (std::size_t i = 0; i < cube.nx; ++i) {
@@ -134,6 +135,9 @@ TEST_P(EveryNode, GivesACubeTheBitsOfABatchOnEveryInstructionSet) {
         for (float& v : part) v += 0.0F;
         ASSERT_TRUE(same_bits(part, {batch.begin() + from, batch.begin() + from + n}))
             << hwy::TargetName(target);
+        for (std::size_t k = 0; k < part.size(); ++k) {
+          ASSERT_TRUE(part[k] == 0 || asked[16 * i + k / 16] != 0) << hwy::TargetName(target);
+        }
       }
     }
     hwy::SetSupportedTargetsForTest(0);

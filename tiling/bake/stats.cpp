@@ -19,6 +19,7 @@
 namespace hoodoo::bake {
 namespace {
 
+constexpr std::size_t most_tiles_asked = 16;  // in full columns, of all primitives
 constexpr int columns_per_tile = 4;
 
 double processor_seconds() {
@@ -56,7 +57,7 @@ class Measuring {
     for (const auto cells : all_.grid) all_.all_calls *= static_cast<std::uint64_t>(cells + 1);
   }
 
-  void tile(const plan::Key& key) {
+  void tile(const plan::Key& key, bool asks) {
     const double from = processor_seconds();
     const auto slice = slice::cut(scene_, lattice_, key);
     slice::Land land(slice, scene_.pyramids);
@@ -65,7 +66,7 @@ class Measuring {
     all_.seconds += processor_seconds() - from;
     all_.calls += volume.evaluations() + land.evaluations();
     find_bounds(land);
-    ask_columns(slice);
+    if (asks) ask_columns(slice);
   }
 
   /// From the measured tiles to all.
@@ -208,8 +209,9 @@ Statistics measure_scene(const scene::Scene& scene, const plan::Lattice& lattice
   all.tiles_measured = std::min(tiles.size(), Statistics::most_tiles);
   Measuring measuring(scene, lattice, all);
   measuring.whole();
+  const auto every = std::max<std::size_t>(1, all.tiles_measured / most_tiles_asked);
   for (std::size_t i = 0; i < all.tiles_measured; ++i) {
-    measuring.tile(tiles[i * tiles.size() / all.tiles_measured].key());
+    measuring.tile(tiles[i * tiles.size() / all.tiles_measured].key(), i % every == 0);
   }
   measuring.multiply();
   return all;

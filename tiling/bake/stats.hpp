@@ -12,9 +12,9 @@ namespace hoodoo::bake {
 ///
 /// Times are of the processor, on one thread. What a tile has is measured on at most `most_tiles`
 /// tiles spread over the level and multiplied up to all of them; with so few tiles or fewer nothing
-/// is multiplied.
+/// is multiplied but t0.
 struct Statistics {
-  static constexpr std::size_t most_tiles = 16;
+  static constexpr std::size_t most_tiles = 256;
 
   double covered = 0;        // a: share of columns over which a tree can act [0, 1]
   std::uint64_t nodes = 0;   // #N, each ball of a list counted
@@ -24,7 +24,9 @@ struct Statistics {
                                        // trees
   double seconds = 0;                  // t: slices cut, field, crossings and surface
   /// #C: points at which the field was asked for that: grid points, root finding, normals, and
-  /// Newton's steps of vertices to the surface. Where the height field alone rules it is not asked.
+  /// Newton's steps of vertices to the surface. Where the height field alone rules it is not asked:
+  /// of a block of 16^3 grid points those count at whose row of sixteen along z a primitive is
+  /// asked.
   std::uint64_t calls = 0;
   /// Points within the paper's bounds: per column of lattice points from the lowest to the highest
   /// that it or one beside it can have a surface at, and one above.

@@ -29,7 +29,8 @@ class ClosedField final : public tree::Field {
     }
   }
 
-  void grid(const tree::Grid& at, std::span<float> out, tree::Columns* columns) const override {
+  std::size_t grid(const tree::Grid& at, std::span<float> out,
+                   tree::Columns* columns) const override {
     field_->grid(at, out, columns);
     std::size_t n = 0;
     for (const float x : at.x) {
@@ -40,6 +41,7 @@ class ClosedField final : public tree::Field {
         }
       }
     }
+    return n;  // walls and floor are asked everywhere
   }
 
   void gradients(const tree::Points& at, std::span<float> out,

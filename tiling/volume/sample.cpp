@@ -177,13 +177,12 @@ class Sampler {
     place(x_, 0), place(y_, 1), place(z_, 2);
     const tree::Grid grid{x_, y_, z_};
     std::array<std::uint16_t, 256> rows{};
-    volume_.add_evaluations(grid.size());
     if (part.whole()) {
-      field.grid(grid, values_, &columns_);
+      volume_.add_evaluations(field.grid(grid, values_, &columns_));
       find_signs(values_, rows);
     } else {
       value_.resize(grid.size());
-      field.grid(grid, value_, &columns_);
+      volume_.add_evaluations(field.grid(grid, value_, &columns_));
       find_part_signs(part, rows);
     }
     put_signs(b, part, rows);

@@ -79,6 +79,28 @@ TEST_F(Level, AppliesEachOperation) {
   }
 }
 
+/// At the points of a block from (0, 0, -8) on, 1 m apart.
+TEST_F(Level, OfAGridAsksTheRowsThatABallReachesAndNoOthers) {
+  std::vector<float> along(16), out(16 * 16 * 16);
+  for (std::size_t i = 0; i < 16; ++i) along[i] = static_cast<float>(i);
+  const auto asked = [&] {
+    const Box block{{0, 0, -8}, {16, 16, 8}};
+    return compile(ground, windows, block.min, block)->grid({along, along, along}, out);
+  };
+  const auto ball_of = [](const Vec3& center, double reach) {
+    PointSet set;
+    set.balls = Balls({{center, reach * half_falloff, 1}});
+    return Node{set, {}};
+  };
+  EXPECT_EQ(asked(), 0U);
+  step(Operation::blend, ball_of({5, 5, 0}, 2.5));
+  EXPECT_EQ(asked(), 16U * 21U);  // columns within 2.5 m
+  step(Operation::carve, ball_of({7, 5, 3}, 1.5));
+  EXPECT_EQ(asked(), 16U * (21U + 3U));  // six of its nine were asked already
+  step(Operation::intersect, ball_of({7, 5, 3}, 1.5));
+  EXPECT_EQ(asked(), out.size());  // it is 0 beyond the tree's reach
+}
+
 TEST_F(Level, MixesTheResultWithWhatWasByTheRegion) {
   Region region;
   region.box.min.x = 0;
