@@ -25,7 +25,7 @@ if ! "${buildah[@]}" inspect --type image localhost/debian:12 > /dev/null 2>&1; 
   "${buildah[@]}" commit --quiet --rm "$container" localhost/debian:12 > /dev/null
 fi
 # shellcheck disable=SC2086  # words are wanted
-"${buildah[@]}" build ${BUILDAH_ARGS:-} --build-arg BASE=localhost/debian:12 \
+"${buildah[@]}" build --layers ${BUILDAH_ARGS:-} --build-arg BASE=localhost/debian:12 \
   --ignorefile deploy/container/Dockerfile.dockerignore -f deploy/container/Dockerfile -t localhost/hoodoo .
 rm -f "$archive"
 "${buildah[@]}" push --quiet localhost/hoodoo "oci-archive:$archive:hoodoo"
