@@ -91,7 +91,7 @@ function crosses(mesh, axis, level) {
   return box.min.getComponent(axis) <= level && box.max.getComponent(axis) >= level;
 }
 
-const triangles = (positions, corners) => new BufferGeometry()
+const triangles = (positions, corners = null) => new BufferGeometry()
   .setAttribute('position', new Float32BufferAttribute(positions.flatMap((point) => point.toArray()), 3))
   .setIndex(corners);
 

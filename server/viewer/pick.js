@@ -4,7 +4,6 @@ import { EventDispatcher, Raycaster, Vector3 } from 'three';
 import { withBothSides } from './colours.js';
 
 const MOST_PIXELS = 6; // a click may move by this
-const MOST_MS = 700;
 
 // Fires 'pick' with {place} at a click that is no drag. `section` may be null.
 export class Picker extends EventDispatcher {
@@ -20,14 +19,14 @@ export class Picker extends EventDispatcher {
   }
 
   #down(event) {
-    const { clientX: x, clientY: y, pointerId, timeStamp } = event;
-    this.pointers.set(pointerId, { x, y, timeStamp, alone: this.pointers.size === 0 && event.button === 0 });
+    const { clientX: x, clientY: y, pointerId } = event;
+    this.pointers.set(pointerId, { x, y, alone: this.pointers.size === 0 && event.button === 0 });
     if (this.pointers.size > 1) for (const pointer of this.pointers.values()) pointer.alone = false;
   }
   #up(event) {
     const from = this.pointers.get(event.pointerId);
     this.pointers.delete(event.pointerId);
-    if (!from?.alone || event.timeStamp - from.timeStamp > MOST_MS) return;
+    if (!from?.alone) return;
     if (Math.hypot(event.clientX - from.x, event.clientY - from.y) <= MOST_PIXELS) this.pick(event.clientX, event.clientY);
   }
 
