@@ -14,14 +14,11 @@ const BACKS = `
   if (!gl_FrontFacing) diffuseColor.rgb = mix(diffuseColor.rgb, vec3(0.27, 0.21, 0.16), 0.75);`;
 
 const made = new Map(); // by what it shows
-const shared = { side: FrontSide, clippingPlanes: null };
+const shared = { side: FrontSide, shadowSide: BackSide, clippingPlanes: null };
 
 function surface(name, options) {
   if (!made.has(name)) {
-    // Shadows are thrown by the same faces whether or not both sides are drawn.
-    const material = new MeshStandardMaterial({
-      roughness: 1, metalness: 0, clipShadows: true, shadowSide: BackSide, ...shared, ...options,
-    });
+    const material = new MeshStandardMaterial({ roughness: 1, metalness: 0, clipShadows: true, ...shared, ...options });
     material.onBeforeCompile = (shader) => {
       shader.fragmentShader = shader.fragmentShader.replace('#include <color_fragment>', `#include <color_fragment>${BACKS}`);
     };
@@ -39,6 +36,7 @@ export const wire = new MeshBasicMaterial({
 export function setSurfaces({ plane, bothSides }) {
   shared.clippingPlanes = wire.clippingPlanes = plane ? [plane] : null;
   shared.side = bothSides ? DoubleSide : FrontSide;
+  shared.shadowSide = plane ? DoubleSide : BackSide; // where inner sides are cut off, the outer ones keep hollows dark
   for (const material of made.values()) {
     Object.assign(material, shared);
     material.needsUpdate = true;
@@ -62,7 +60,7 @@ const OPTIONS = {
 };
 
 function materialOf(kind, level, change) {
-  const tint = change && { emissive: CHANGES[change], emissiveIntensity: 0.3 };
+  const tint = change && { emissive: CHANGES[change], emissiveIntensity: 0.24 };
   const name = `${kind} ${kind === 'levels' ? level : ''} ${change ?? ''}`;
   return surface(name, { ...OPTIONS[kind](level), ...tint });
 }

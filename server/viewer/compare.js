@@ -40,6 +40,7 @@ export class Compare {
     this.rows = null; // once both are read
     this.card = document.getElementById('compare-card');
     this.card.hidden = false;
+    this.card.open = !matchMedia('(max-width: 480px)').matches;
     document.body.classList.add('split');
     stage.setPanes(terrains.map((shown) => () => terrains.forEach((terrain) => { terrain.root.visible = terrain === shown; })));
     this.labels = ['A', 'B'].map((name, i) => document.body.appendChild(make('p', { className: `pane pane-${i}`, textContent: name })));
@@ -53,7 +54,7 @@ export class Compare {
   // Compares what the two have by now; of several calls the last one counts.
   async read() {
     const mine = this.reading = {};
-    const bakes = await Promise.all(this.terrains.map((terrain) => this.manifests.get(terrain)?.read()));
+    const bakes = await Promise.all(this.terrains.map((terrain) => this.manifests.get(terrain)?.known));
     if (this.reading !== mine) return;
     if (bakes.some((bake) => !bake)) return this.#say('Waiting for both bakes.');
     this.rows = differences(...bakes);
@@ -66,7 +67,7 @@ export class Compare {
   }
 
   #say(text) {
-    this.card.querySelector('p').textContent = text;
+    this.card.querySelector('[role=status]').textContent = text;
   }
   #list() {
     const number = (tile) => (tile ? count.format(tile.triangles) : '\u2014');

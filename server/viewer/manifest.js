@@ -47,6 +47,10 @@ export class Manifest {
     this.bake = this.#load();
     return this.bake;
   }
+  // What was read last, or else what stands there now.
+  get known() {
+    return this.bake ?? this.read();
+  }
   async #load() {
     const response = await fetch(this.url, { cache: 'no-cache' });
     if (!response.ok) return null;
@@ -63,9 +67,9 @@ export class Manifest {
 
   // The header and the tile whose file has the digest, or null; asks again where a running bake may have added it.
   async find(digest) {
-    const known = this.bake !== null;
-    let bake = await (this.bake ?? this.read());
-    if (known && bake && !bake.contents.has(digest)) bake = await this.read();
+    const old = this.bake !== null;
+    let bake = await this.known;
+    if (old && bake && !bake.contents.has(digest)) bake = await this.read();
     const tile = bake?.contents.get(digest);
     return tile ? { header: bake.header, tile } : null;
   }

@@ -74,6 +74,7 @@ export class Section {
       this.plane = new Plane(new Vector3().setComponent(this.axis, sign), -sign * this.level);
     }
     setSurfaces({ plane: this.plane, bothSides: this.plane !== null || this.underground });
+    for (const terrain of this.terrains) terrain.setLook({ cut: this.plane !== null });
     this.#fill();
     this.stale = true;
     this.stage.shadowsChanged();

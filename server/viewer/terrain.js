@@ -40,7 +40,7 @@ export class Terrain extends EventDispatcher {
     this.root.add(this.group, this.bounds);
     stage.scene.add(this.root);
     this.draco = new DRACOLoader().setDecoderPath('vendor/three/examples/jsm/libs/draco/gltf/');
-    this.look = { colours: 'natural', wireframe: false, skirts: true, underground: false, changes: null };
+    this.look = { colours: 'natural', wireframe: false, skirts: true, underground: false, cut: false, changes: null };
     this.errorTarget = 8;
     this.bytes = 0;
     this.current = null; // on screen
@@ -104,9 +104,9 @@ export class Terrain extends EventDispatcher {
   }
   #dressMesh(mesh) {
     mesh.castShadow = mesh.receiveShadow = true;
-    const { colours, skirts, underground, changes } = this.look;
+    const { colours, skirts, underground, cut, changes } = this.look;
     colourMesh(mesh, colours, mesh.userData.level, changes?.get(digestOf(mesh.userData.uri)));
-    mesh.visible = !isSkirt(mesh) || (skirts && !underground);
+    mesh.visible = !isSkirt(mesh) || (skirts && !underground && !cut);
     let lines = mesh.children.find((child) => child.material === wire);
     if (this.look.wireframe && !lines) {
       lines = new Mesh(mesh.geometry, wire);
@@ -117,7 +117,7 @@ export class Terrain extends EventDispatcher {
     if (lines) lines.visible = this.look.wireframe;
   }
 
-  // `look` may hold colours, wireframe, skirts, underground (no skirts, whatever else is said), changes (a Map from
+  // `look` may hold colours, wireframe, skirts, underground and cut (no skirts, whatever else is said), changes (a Map from
   // digests of contents to one of CHANGES).
   setLook(look) {
     Object.assign(this.look, look);

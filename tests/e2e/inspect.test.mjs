@@ -31,7 +31,7 @@ const scene = (center = ball.center, bake = {}) => ({
   bake: { spacing: 1, tile_cells: tileSize, ...bake },
 });
 
-let work, server, browser, first, second, earth;
+let work, server, browser, first, second, earth, slabs;
 
 before(async () => {
   work = await makeFolder();
@@ -44,10 +44,10 @@ before(async () => {
     assert.equal(info.status, 'successful', info.message);
     return id;
   };
-  first = await submit(scene());
-  second = await submit(scene([ball.center[0] + moved, ...ball.center.slice(1)]));
-  earth = await submit(scene(ball.center, { frame: 'ecef', vertical: 'ellipsoid' }));
-  browser = await launch();
+  [browser, first, second, earth, slabs] = await Promise.all([
+    launch(), submit(scene()), submit(scene([ball.center[0] + moved, ...ball.center.slice(1)])),
+    submit(scene(ball.center, { frame: 'ecef', vertical: 'ellipsoid' })), submit(scene(ball.center, { tile_triangles: 1000 })),
+  ]);
 });
 after(async () => {
   await browser?.close();
@@ -109,7 +109,7 @@ test('The inspector says of a point what probe and bake.json say', async () => {
     const key = `0/${Math.floor(x / tileSize)}/${Math.floor(y / tileSize)}`;
     const tile = tiles.find((each) => each.key === key);
     assert.equal(said.Tile, key);
-    assert.match(said.Level, /^0 of 0 \(finest\) to 2$/);
+    assert.equal(said.Level, '0 (0 the finest, 2 the coarsest)');
     assert.equal(said.Slice, tile.slice);
     assert.equal(said.File, tile.content);
     assert.equal(said['Geometric error'], `${tile.geometricError.toFixed(2)} m`);
@@ -131,6 +131,23 @@ test('The inspector says of a point what probe and bake.json say', async () => {
 
   await page.keyboard.press('Escape');
   assert.ok(!await page.isVisible('#inspect-card'));
+  await end(page);
+});
+
+test('It knows the slabs of a tile', async () => {
+  const page = await open(`job=${slabs}`, above(ball.center, 60));
+  await page.keyboard.press('KeyI');
+  const tile = (await bakeOf(slabs)).tiles.find(({ key }) => key === '0/1/1');
+  const digests = tile.contents.map(({ content }) => content);
+  assert.ok(digests.length > 1);
+  const files = new Set();
+  for (const at of [middle, [middle[0] + 160, middle[1]]]) {
+    const said = await inspect(page, at);
+    assert.deepEqual([said.Tile, said.Slice], ['0/1/1', tile.slice]);
+    assert.ok(digests.includes(said.File));
+    files.add(said.File);
+  }
+  assert.equal(files.size, 2, 'the ball and the land are in slabs of their own');
   await end(page);
 });
 
@@ -245,6 +262,7 @@ test('A link shows the same view, section, measurement and mode', async () => {
   await page.keyboard.press('KeyZ');
   await page.keyboard.press('KeyM');
   await page.mouse.click(...middle);
+  await page.evaluate(() => { globalThis.hoodoo.navigation.orbit.enableDamping = false; });   // it would go on for a second
   await page.mouse.move(...middle);
   await page.mouse.down();
   await page.mouse.move(middle[0] + 80, middle[1] - 40, { steps: 4 });
@@ -308,10 +326,21 @@ test('Two jobs side by side: tiles that differ are listed and tinted', async () 
   await end(page);
 });
 
-test('A comparison with itself lists nothing', async () => {
-  const page = await open(`tileset=/jobs/${first}/tiles/tileset.json&with=/jobs/${first}/tiles/tileset.json`);
+test('A comparison with itself lists nothing, in whichever form bake.json is', async () => {
+  const page = await openPage(browser, server.url, [width, height]);
+  let asked = 0;
+  await page.route('**/bake.json', async (route) => {   // at first as it is, then as JSON Lines
+    const { tiles, ...header } = await bakeOf(first);
+    const lines = [{ ...header, format: 2 }, ...tiles, { key: '0/9/9', missing: true }].map((line) => JSON.stringify(line));
+    if (++asked === 1) await route.continue();
+    else await route.fulfill({ body: `${lines.join('\n')}\n` });
+  });
+  const tileset = `/jobs/${first}/tiles/tileset.json`;
+  await page.goto(`${server.url}/viewer/?tileset=${tileset}&with=${tileset}`);
+  await settle(page);
   await page.waitForFunction(() => globalThis.hoodoo.compare.rows);
-  assert.match(await page.textContent('#compare-card p'), /^All \d+ tiles are the same\.$/);
+  assert.equal(await page.textContent('#compare-card [role=status]'), 'All 14 tiles are the same.');
+  assert.equal(asked, 2);
   assert.ok(!await page.isVisible('#compare-card table'));
   await end(page);
 });
