@@ -73,7 +73,7 @@ export class Inspector {
       ['Longitude, latitude', earth?.text],
       ['Above the ellipsoid', earth && metres(earth.height)],
       ['Tile', cut ? null : record?.tile.key ?? waiting],
-      ['Level', cut || !record ? null : `${level} (0 the finest, ${record.header.levels - 1} the coarsest)`],
+      ['Level', cut || !record ? null : `${level} (finest 0, coarsest ${record.header.levels - 1})`],
       ['Geometric error', cut ? null : metres(geometricError)],
       ['Slice', record && make('code', { title: 'Digest of all that the tile was made from' }, record.tile.slice)],
       ['File', file && make('a', { href: file, download: '' }, make('code', {}, digest ?? file))],

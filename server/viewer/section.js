@@ -81,7 +81,7 @@ export class Section {
   }
   #fill() {
     element('section-card').hidden = this.axis === null;
-    if (this.axis === null) return;
+    if (this.axis === null || !this.box) return;
     const [low, high] = this.#range();
     element('section-axis').querySelector(`[value=${AXES[this.axis]}]`).checked = true;
     element('section-level').value = (STEPS * (this.level - low)) / (high - low);
@@ -93,6 +93,7 @@ export class Section {
     if (!this.stale) return;
     this.stale = false;
     const { box } = this;
+    this.#fill(); // the world of a running job may have grown
     for (const cut of this.cuts) {
       if (this.axis === null || !box) cut.hide();
       else cut.show(this.axis, this.level, box);

@@ -11,6 +11,7 @@ import { launch, openPage, settle } from './browser.mjs';
 import { writeDem } from './dem.mjs';
 import { hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
+import { differences } from '../../server/viewer/compare.js';
 
 const ground = 50, side = 192;                      // m
 const ball = { center: [95, 96, 70], radius: 10 };
@@ -109,7 +110,7 @@ test('The inspector says of a point what probe and bake.json say', async () => {
     const key = `0/${Math.floor(x / tileSize)}/${Math.floor(y / tileSize)}`;
     const tile = tiles.find((each) => each.key === key);
     assert.equal(said.Tile, key);
-    assert.equal(said.Level, '0 (0 the finest, 2 the coarsest)');
+    assert.equal(said.Level, '0 (finest 0, coarsest 2)');
     assert.equal(said.Slice, tile.slice);
     assert.equal(said.File, tile.content);
     assert.equal(said['Geometric error'], `${tile.geometricError.toFixed(2)} m`);
@@ -287,6 +288,8 @@ test('A link shows the same view, section, measurement and mode', async () => {
   for (const what of ['camera', 'target']) there[what].forEach((value, i) => near(here[what][i], value, 0.02, what));
   assert.deepEqual({ tools: here.tools, colours: here.colours }, { tools: there.tools, colours: 'materials' });
   assert.equal(await other.getAttribute('#tool-underground', 'aria-pressed'), 'true');
+  await other.evaluate(() => { location.hash = location.hash.replace('x,60.50,-', 'y,20'); });   // a link into the open page
+  await other.waitForFunction(() => globalThis.hoodoo.tools.section.text === 'y,20.00');
   await end(page);
   await end(other);
 });
@@ -324,6 +327,19 @@ test('Two jobs side by side: tiles that differ are listed and tinted', async () 
   await settle(page);
   assert.ok(differ(whole, await camera()) > 10, 'a row leads to its tile');
   await end(page);
+});
+
+test('A comparison tells added, gone and changed tiles, level by level, and needs one lattice', () => {
+  const bake = (tiles, spacing = 1) => ({
+    header: { lattice: { spacing }, frame: {} },
+    tiles: new Map(Object.entries(tiles).map(([key, digests]) => [key, { key, digests }])),
+  });
+  const old = bake({ '0/0/0': ['a'], '0/10/0': ['b'], '0/2/0': ['c', 'd'], '1/0/0': ['e'] });
+  const found = differences(old, bake({ '0/0/0': ['a'], '0/2/0': ['c', 'x'], '0/3/1': ['f'], '1/0/0': ['g'] }));
+  assert.deepEqual(found.map(({ key, change }) => [key, change]),
+                   [['0/2/0', 'changed'], ['0/3/1', 'added'], ['0/10/0', 'gone'], ['1/0/0', 'changed']]);
+  assert.deepEqual(differences(old, old), []);
+  assert.equal(differences(old, bake({}, 2)), null);
 });
 
 test('A comparison with itself lists nothing, in whichever form bake.json is', async () => {
