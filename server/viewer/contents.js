@@ -18,7 +18,11 @@ export class Contents {
   // The others join it, in its own frame.
   async processTileModel(scene, tile) {
     const models = await Promise.all((tile.contents ?? []).slice(1).map(({ uri }) => this.#load(uri, tile)));
-    for (const model of models) scene.add(...model.children);
+    models.forEach((model, i) => {
+      const { uri } = tile.contents[i + 1];
+      model.traverse((object) => { object.userData.uri = uri; });
+      scene.add(...model.children);
+    });
   }
   async #load(uri, tile) {
     const url = new URL(uri, `${tile.internal.basePath}/`).toString();

@@ -1,34 +1,45 @@
 // The viewer: puts the parts together and runs the frames.
 import { Box3, Sphere, Vector3 } from 'three';
 
+import { Compare } from './compare.js';
 import { Job, listJobs } from './job.js';
+import { Manifest } from './manifest.js';
 import { Navigation } from './navigation.js';
 import { Panel } from './panel.js';
-import { readParameters, writeHash } from './parameters.js';
+import { hashOf, readParameters } from './parameters.js';
 import { Stage } from './stage.js';
 import { Terrain } from './terrain.js';
+import { Tools } from './tools.js';
 
 const parameters = readParameters(location);
 const stage = new Stage(document.getElementById('view'), parameters.background);
-const terrain = new Terrain(stage);
-const navigation = new Navigation(stage, terrain);
+const terrains = parameters.other ? [new Terrain(stage), new Terrain(stage)] : [new Terrain(stage)];
+const [terrain] = terrains;
+const navigation = new Navigation(stage, terrains);
+const manifests = new Map(); // what bake.json says, by terrain
+const tools = new Tools(stage, terrains, manifests, { changed: save, address });
+const compare = parameters.other ? new Compare(stage, terrains, manifests, lookAt) : null;
 const world = new Sphere(new Vector3(), 1000);
 let colours = 'natural';
 
+const setLook = (look) => terrains.forEach((each) => each.setLook(look));
 const panel = new Panel({
   navigation: (mode) => { navigation.mode = mode; },
-  colours: (mode) => { colours = mode; terrain.setLook({ colours }); },
-  wireframe: (on) => terrain.setLook({ wireframe: on }),
-  skirts: (on) => terrain.setLook({ skirts: on }),
-  bounds: (on) => { terrain.showBounds = on; },
+  colours: (mode) => { colours = mode; setLook({ colours }); },
+  wireframe: (on) => setLook({ wireframe: on }),
+  skirts: (on) => setLook({ skirts: on }),
+  bounds: (on) => terrains.forEach((each) => { each.showBounds = on; }),
   shadows: (on) => { stage.shadows = on; },
   fog: (on) => { stage.fog = on; },
-  error: (pixels) => terrain.setErrorTarget(pixels),
+  error: (pixels) => terrains.forEach((each) => each.setErrorTarget(pixels)),
   home: () => showWhole(),
 });
 
+function lookAt(box) {
+  navigation.lookAtWhole(box, stage.camera.aspect);
+}
 function showWhole() {
-  if (terrain.box) navigation.lookAtWhole(terrain.box, stage.camera.aspect);
+  if (terrain.box) lookAt(terrain.box);
 }
 
 // The camera is set as soon as the world's size is known, so that only needed tiles are fetched, and
@@ -43,19 +54,32 @@ function place() {
   const { camera, target } = parameters;
   if (first && camera) navigation.lookFrom(camera, target ?? world.center);
   else if (!camera && !navigation.touched) showWhole();
-  if (first && parameters.navigation) panel.choose('navigation', parameters.navigation);
+  if (!first) return;
+  if (parameters.navigation) panel.choose('navigation', parameters.navigation);
+  tools.restore(parameters.tools);
 }
 
-let saveSoon = 0;
+// A link to what is on screen. The page's own address is kept so, without steps in the history.
+function address() {
+  const hash = hashOf({
+    camera: stage.camera.position, target: navigation.target, navigation: navigation.mode, colours, tools: tools.state,
+  });
+  return new URL(hash, location).href;
+}
+let saveSoon;
 function save() {
   clearTimeout(saveSoon);
-  saveSoon = setTimeout(() => writeHash({
-    camera: stage.camera.position, target: navigation.target, navigation: navigation.mode, colours,
-  }), 300);
+  saveSoon = setTimeout(() => { if (!seen.isEmpty()) history.replaceState(null, '', address()); }, 300);
 }
+// A link opened in the page that it leads to.
+addEventListener('hashchange', () => {
+  const { camera, target, tools: said } = readParameters(location);
+  if (camera) navigation.lookFrom(camera, target ?? world.center);
+  tools.restore(said);
+});
 
 // Frames are drawn when something has changed. `idle` counts those since nothing did.
-const state = { idle: 0, errors: [], terrain, stage, navigation };
+const state = { idle: 0, errors: [], terrain, stage, navigation, tools, compare };
 let last = performance.now();
 let drawn = 0;
 function frame(now) {
@@ -68,9 +92,10 @@ function frame(now) {
     stage.needsRender = true;
     save();
   }
-  terrain.update();
+  for (const each of terrains) each.update();
+  tools.update();
   if (!seen.isEmpty()) stage.fit(navigation.target, navigation.scale, world);
-  state.idle = moved || stage.needsRender || terrain.busy ? 0 : state.idle + 1;
+  state.idle = moved || stage.needsRender || terrains.some(({ busy }) => busy) ? 0 : state.idle + 1;
   if (stage.needsRender) {
     stage.render();
     ++drawn;
@@ -84,24 +109,39 @@ setInterval(() => {
 }, 500);
 
 function open() {
-  terrain.addEventListener('error', ({ message }) => {
-    state.errors.push(message);
-    panel.error_message = message;
-  });
+  for (const each of terrains) {
+    each.addEventListener('error', ({ message }) => {
+      state.errors.push(message);
+      panel.error_message = message;
+    });
+  }
   if (parameters.error) panel.error = parameters.error;
   if (parameters.colours) panel.choose('colours', parameters.colours);
-  if (parameters.noUi) document.getElementById('panel').hidden = true;
+  if (parameters.noUi) document.body.classList.add('bare');
   stage.shadows = !parameters.background;
-  if (parameters.job) followJob(parameters.job);
-  else if (parameters.tileset) terrain.open(new URL(parameters.tileset, location).href);
+  if (parameters.job) [parameters.job, parameters.other].forEach((id, i) => id && followJob(id, i));
+  else if (parameters.tileset) [parameters.tileset, parameters.other].forEach((path, i) => path && showTileset(path, i));
   else listJobs().then((jobs) => panel.showJobs(jobs));
 }
 
-function followJob(id) {
+function showTileset(path, index) {
+  compare?.name(index, path);
+  openTileset(path, index);
+}
+function openTileset(path, index) {
+  const url = new URL(path, location).href;
+  manifests.set(terrains[index], new Manifest(url));
+  terrains[index].open(url);
+}
+
+function followJob(id, index) {
   const job = new Job(id);
-  job.addEventListener('status', ({ info }) => panel.showJob(info));
+  job.addEventListener('status', ({ info }) => {
+    if (index === 0) panel.showJob(info);
+    compare?.name(index, info.title || id);
+  });
   job.addEventListener('missing', () => { panel.error_message = `There is no job ${id}.`; });
-  job.addEventListener('tileset', () => terrain.open(new URL(job.tileset, location).href));
+  job.addEventListener('tileset', () => openTileset(job.tileset, index));
   job.follow();
 }
 

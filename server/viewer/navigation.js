@@ -1,5 +1,5 @@
 // The camera's two ways to move: around a point, or free.
-import { Raycaster, Vector2, Vector3 } from 'three';
+import { Raycaster, Vector3 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { FlyControls } from './fly.js';
@@ -7,21 +7,22 @@ import { FlyControls } from './fly.js';
 const THREE_QUARTER = new Vector3(-0.55, -0.75, 0.52).normalize();
 
 export class Navigation {
-  constructor(stage, terrain) {
+  constructor(stage, terrains) {
+    this.stage = stage;
     this.camera = stage.camera;
-    this.terrain = terrain;
+    this.terrains = terrains;
     const element = stage.renderer.domElement;
     this.orbit = new OrbitControls(this.camera, element);
     this.orbit.enableDamping = true;
     this.orbit.dampingFactor = 0.12;
-    this.orbit.zoomToCursor = true;
+    this.orbit.zoomToCursor = terrains.length === 1; // it knows of one pane only
     this.orbit.screenSpacePanning = false;
     this.orbit.minDistance = 0.5;
     this.orbit.addEventListener('change', () => { this.moved = true; });
     this.touched = false; // by the user, who then is not led elsewhere
     this.orbit.addEventListener('start', () => { this.touched = true; });
     this.fly = new FlyControls(this.camera, element);
-    element.addEventListener('dblclick', (event) => this.#turnAbout(event, element));
+    element.addEventListener('dblclick', (event) => this.#turnAbout(event));
   }
 
   get mode() {
@@ -67,12 +68,11 @@ export class Navigation {
     this.lookFrom(centre.clone().addScaledVector(THREE_QUARTER, distance), centre);
   }
 
-  #turnAbout(event, element) {
-    const at = new Vector2((event.offsetX / element.clientWidth) * 2 - 1,
-      1 - (event.offsetY / element.clientHeight) * 2);
+  #turnAbout(event) {
+    const { index, at } = this.stage.locate(event.clientX, event.clientY);
     const ray = new Raycaster();
     ray.setFromCamera(at, this.camera);
-    const [hit] = ray.intersectObject(this.terrain.group, true);
+    const [hit] = ray.intersectObject(this.terrains[index].group, true);
     if (!hit || this.mode === 'fly') return;
     this.touched = true;
     this.orbit.target.copy(hit.point);

@@ -22,6 +22,7 @@ export class Panel {
     element('error').addEventListener('input', () => this.#setError());
     element('fold').addEventListener('click', () => this.#fold());
     addEventListener('keydown', (event) => this.#key(event));
+    if (matchMedia('(max-width: 480px)').matches) this.#fold();
     this.#setError();
   }
 

@@ -1,17 +1,24 @@
 // What the address of the page says.
 //
 //   ?job=ID or ?tileset=PATH   what to show; a path on this server
+//   ?with=ID or PATH           what to compare it to, side by side: a job to a job, a tileset to a tileset
 //   ?err=PIXELS                error on screen to refine to
 //   ?bg=COLOUR                 flat background, no lights' effects on it: for measuring pictures
 //   ?noui                      no panel
 //   ?cam=x,y,z&at=x,y,z        camera in metres of the scene, z up; the same after # wins, and is
-//                              kept up to date there, so that a link shows the same view
+//                              kept up to date there, so that a link shows the same view; so are
+//   #nav=fly&colours=MODE      how the camera moves, what is coloured
+//   #cut=x,METRES[,-]          the cross-section, its other side with a minus
+//   #under=1                   underground
+//   #measure=x,y,z;x,y,z       the two points of a measurement
 import { Vector3 } from 'three';
 
 function vector(text) {
   const numbers = (text ?? '').split(',').map(Number);
   return numbers.length === 3 && numbers.every(Number.isFinite) ? new Vector3(...numbers) : null;
 }
+
+const TOOLS = ['cut', 'under', 'measure'];
 
 export function readParameters(location) {
   const query = new URLSearchParams(location.search);
@@ -20,6 +27,7 @@ export function readParameters(location) {
   return {
     job: query.get('job'),
     tileset: query.get('tileset'),
+    other: query.get('with'),
     error: Number(query.get('err')) || null,
     background: query.get('bg'),
     noUi: query.has('noui'),
@@ -27,14 +35,16 @@ export function readParameters(location) {
     target: vector(either('at')),
     navigation: either('nav'),
     colours: either('colours'),
+    tools: Object.fromEntries(TOOLS.map((key) => [key, either(key)])),
   };
 }
 
-// Writes view and choices behind the # without a step in the history.
-export function writeHash({ camera, target, navigation, colours }) {
+// View and choices as they stand behind the #. `tools` has a text or null for each of TOOLS.
+export function hashOf({ camera, target, navigation, colours, tools }) {
   const short = (v) => v.toArray().map((x) => Number(x.toFixed(2))).join(',');
   const parts = [`cam=${short(camera)}`, `at=${short(target)}`];
   if (navigation !== 'orbit') parts.push(`nav=${navigation}`);
   if (colours !== 'natural') parts.push(`colours=${colours}`);
-  history.replaceState(null, '', `#${parts.join('&')}`);
+  for (const [key, text] of Object.entries(tools)) if (text !== null) parts.push(`${key}=${text}`);
+  return `#${parts.join('&')}`;
 }

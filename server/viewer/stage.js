@@ -1,7 +1,8 @@
 // Renderer, camera, sky and light. The world is in metres, x east, y north, z up.
 import {
   BackSide, Color, DirectionalLight, Fog, HemisphereLight, Mesh, LinearToneMapping, NoToneMapping,
-  PerspectiveCamera, Scene, ShaderMaterial, SphereGeometry, SRGBColorSpace, Vector3, WebGLRenderer,
+  PerspectiveCamera, Scene, ShaderMaterial, SphereGeometry, SRGBColorSpace, Vector2, Vector3,
+  WebGLRenderer,
 } from 'three';
 
 const SUN_DIRECTION = new Vector3(-0.78, 0.12, 0.62).normalize();
@@ -49,29 +50,54 @@ export class Stage {
   constructor(canvas, flatBackground) {
     this.flat = Boolean(flatBackground);
     this.renderer = new WebGLRenderer({
-      canvas, antialias: !this.flat, preserveDrawingBuffer: this.flat,
+      canvas, antialias: !this.flat, preserveDrawingBuffer: this.flat, stencil: true,
     });
     this.renderer.outputColorSpace = SRGBColorSpace;
     this.renderer.toneMapping = this.flat ? NoToneMapping : LinearToneMapping;
     this.renderer.toneMappingExposure = 0.96;
     this.renderer.setPixelRatio(this.flat ? 1 : Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.autoUpdate = false;
+    this.renderer.localClippingEnabled = true;
     this.camera = new PerspectiveCamera(50, 1, 0.5, 5000);
     this.camera.up.set(0, 0, 1);
     this.scene = new Scene();
     if (this.flat) this.scene.background = new Color(flatBackground);
-    else this.scene.add(makeSky());
+    else this.scene.add(this.sky = makeSky());
     this.#light();
+    this.panes = [() => {}];
     this.needsRender = true;
+  }
+
+  // Draws once per pane, after calling its function, which says what is visible there.
+  setPanes(shows) {
+    this.panes = shows;
+    this.width = undefined;
+  }
+  // A pane in pixels of the page; two stand side by side, or one above the other where there is more height.
+  pane(index) {
+    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    const count = this.panes.length;
+    if (width >= height) return { left: (index * width) / count, top: 0, width: width / count, height };
+    return { left: 0, top: (index * height) / count, width, height: height / count };
+  }
+  // The pane at a point of the page, and where in it as the camera counts: -1 to 1.
+  locate(clientX, clientY) {
+    const index = this.panes.findIndex((_, i) => {
+      const { left, top, width, height } = this.pane(i);
+      return clientX >= left && clientX < left + width && clientY >= top && clientY < top + height;
+    });
+    const { left, top, width, height } = this.pane(Math.max(0, index));
+    const at = new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
+    return { index: Math.max(0, index), at };
   }
 
   #light() {
     this.sun = new DirectionalLight('#fff4e6', 2.8);
     this.sun.shadow.mapSize.set(2048, 2048);
     this.scene.add(this.sun, this.sun.target);
-    const sky = new HemisphereLight('#d6e6f5', '#a0968a', 1.25);
-    sky.position.set(0, 0, 1);
-    this.scene.add(sky);
+    this.daylight = new HemisphereLight('#d6e6f5', '#a0968a', 1.25);
+    this.daylight.position.set(0, 0, 1);
+    this.scene.add(this.daylight);
   }
 
   set shadows(on) {
@@ -129,14 +155,26 @@ export class Stage {
     this.width = clientWidth;
     this.height = clientHeight;
     this.renderer.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
+    const { width, height } = this.pane(0);
+    this.camera.aspect = width / Math.max(height, 1);
     this.camera.updateProjectionMatrix();
     this.needsRender = true;
     return true;
   }
 
   render() {
-    this.renderer.render(this.scene, this.camera);
+    const { renderer } = this;
+    const split = this.panes.length > 1;
+    renderer.setScissorTest(split);
+    this.panes.forEach((show, i) => {
+      const { left, top, width, height } = this.pane(i);
+      const bottom = renderer.domElement.clientHeight - top - height;
+      renderer.setViewport(left, bottom, width, height);
+      renderer.setScissor(left, bottom, width, height);
+      show();
+      if (split) renderer.shadowMap.needsUpdate = true;
+      renderer.render(this.scene, this.camera);
+    });
     this.needsRender = false;
   }
 }

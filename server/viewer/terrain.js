@@ -8,6 +8,7 @@ import { GLTFExtensionsPlugin } from '3d-tiles-renderer/three/plugins';
 import { Bounds } from './bounds.js';
 import { colourMesh, wire } from './colours.js';
 import { Contents } from './contents.js';
+import { digestOf } from './manifest.js';
 
 const FRAMES_OF_REST = 10;
 
@@ -27,16 +28,19 @@ class Meter {
   }
 }
 
-// Fires 'change' when the picture changes, 'ready' at the first tile, 'error' with a message.
+// Fires 'open' when a tileset is asked for, 'change' when the picture changes, 'ready' at the first tile,
+// 'error' with a message.
 export class Terrain extends EventDispatcher {
   constructor(stage) {
     super();
     this.stage = stage;
-    this.group = new Group();
+    this.root = new Group(); // all that belongs to it
+    this.group = new Group(); // its tiles
     this.bounds = new Bounds();
-    stage.scene.add(this.group, this.bounds);
+    this.root.add(this.group, this.bounds);
+    stage.scene.add(this.root);
     this.draco = new DRACOLoader().setDecoderPath('vendor/three/examples/jsm/libs/draco/gltf/');
-    this.look = { colours: 'natural', wireframe: false, skirts: true };
+    this.look = { colours: 'natural', wireframe: false, skirts: true, underground: false, cut: false, changes: null };
     this.errorTarget = 8;
     this.bytes = 0;
     this.current = null; // on screen
@@ -48,6 +52,7 @@ export class Terrain extends EventDispatcher {
   // the new one is complete; one change more in that time is taken up afterwards.
   open(url) {
     this.url = url;
+    this.dispatchEvent({ type: 'open' });
     this.stale = this.next !== null;
     if (!this.stale) this.next = this.#load();
   }
@@ -88,7 +93,10 @@ export class Terrain extends EventDispatcher {
 
   #dress(scene, tile) {
     scene.traverse((object) => {
-      if (object.isMesh) object.userData.level = tile.internal.depthFromRenderedParent - 1;
+      if (!object.isMesh) return;
+      object.userData.level = tile.internal.depthFromRenderedParent - 1;
+      object.userData.tile = tile;
+      object.userData.uri ??= tile.content.uri;
     });
     scene.traverse((object) => {
       if (object.isMesh && object.material !== wire) this.#dressMesh(object);
@@ -96,8 +104,9 @@ export class Terrain extends EventDispatcher {
   }
   #dressMesh(mesh) {
     mesh.castShadow = mesh.receiveShadow = true;
-    colourMesh(mesh, this.look.colours, mesh.userData.level);
-    mesh.visible = this.look.skirts || !isSkirt(mesh);
+    const { colours, skirts, underground, cut, changes } = this.look;
+    colourMesh(mesh, colours, mesh.userData.level, changes?.get(digestOf(mesh.userData.uri)));
+    mesh.visible = !isSkirt(mesh) || (skirts && !underground && !cut);
     let lines = mesh.children.find((child) => child.material === wire);
     if (this.look.wireframe && !lines) {
       lines = new Mesh(mesh.geometry, wire);
@@ -108,7 +117,8 @@ export class Terrain extends EventDispatcher {
     if (lines) lines.visible = this.look.wireframe;
   }
 
-  // `look` may hold colours, wireframe, skirts.
+  // `look` may hold colours, wireframe, skirts, underground and cut (no skirts, whatever else is said), changes (a Map from
+  // digests of contents to one of CHANGES).
   setLook(look) {
     Object.assign(this.look, look);
     for (const tiles of [this.current, this.next]) {
@@ -144,10 +154,11 @@ export class Terrain extends EventDispatcher {
 
   // Asks for what the camera needs now.
   update() {
-    const { camera, renderer } = this.stage;
+    const { camera } = this.stage;
+    const { width, height } = this.stage.pane(0);
     for (const tiles of [this.current, this.next]) {
       if (!tiles) continue;
-      tiles.setResolutionFromRenderer(camera, renderer);
+      tiles.setResolution(camera, width, height);
       tiles.update();
     }
     this.#settle();
@@ -194,15 +205,27 @@ export class Terrain extends EventDispatcher {
     return visible.map((tile) => ({ tile, level: tile.internal.depthFromRenderedParent - 1 }));
   }
 
-  // Tiles and triangles on screen, tiles per level, and the materials among them.
+  // The meshes of surfaces on screen, skirts left out.
+  get surfaces() {
+    const found = [];
+    for (const { tile } of this.visibleTiles) {
+      tile.engineData.scene.traverse((mesh) => {
+        if (mesh.isMesh && mesh.material !== wire && !isSkirt(mesh)) found.push(mesh);
+      });
+    }
+    return found;
+  }
+
+  // Tiles and triangles on screen, those of skirts among them, tiles per level, and the materials.
   statistics() {
-    const result = { tiles: 0, triangles: 0, levels: [], materials: new Map(), bytes: this.bytes };
+    const result = { tiles: 0, triangles: 0, skirtTriangles: 0, levels: [], materials: new Map(), bytes: this.bytes };
     for (const { tile, level } of this.visibleTiles) {
       ++result.tiles;
       result.levels[level] = (result.levels[level] ?? 0) + 1;
       tile.engineData.scene.traverse((mesh) => {
         if (!mesh.isMesh || mesh.material === wire || !mesh.visible) return;
         result.triangles += triangleCount(mesh);
+        if (isSkirt(mesh)) result.skirtTriangles += triangleCount(mesh);
         for (const { name, colour } of mesh.userData.materialTable ?? []) {
           result.materials.set(name, `#${colour.getHexString()}`);
         }

@@ -51,10 +51,10 @@ export async function serveFolders(folders) {
 
 /**
  * A page of `size` [width, height] whose `problems` collect errors of the page, answers that are none, and requests
- * to anywhere but `origin`.
+ * to anywhere but `origin`. `more` is what else its context is made with.
  */
-export async function openPage(browser, origin, size = [640, 360]) {
-  const context = await browser.newContext({ viewport: { width: size[0], height: size[1] } });
+export async function openPage(browser, origin, size = [640, 360], more = {}) {
+  const context = await browser.newContext({ viewport: { width: size[0], height: size[1] }, ...more });
   const page = await context.newPage();
   const problems = [];
   page.on('console', (message) => { if (message.type() === 'error') problems.push(`console: ${message.text()}`); });
