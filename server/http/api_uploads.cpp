@@ -161,7 +161,7 @@ Response Api::add_to_upload(const Request& request, const Parameters& parameters
     const auto turn = uploads_.take(id);
     if (!turn) return is_taken();
     return add(*turn, part, settings_.base, read,
-               [this](const asset::Upload& upload) { note_asset(upload); });
+               [this](const asset::Upload& made) { note_asset(made); });
   };
   return response;
 }

@@ -183,7 +183,7 @@ job::Subscriber subscriber_of(const json& value) {
     if (uri == nullptr) refuse(pointer, "is no member of a subscriber");
     if (!item.value().is_string()) refuse(pointer, "must be a string");
     *uri = item.value().get<std::string>();
-    target_of(*uri, pointer);
+    http::target_of(*uri, pointer);  // is one that could be called
   }
   if (subscriber.success.empty()) refuse("/subscriber/successUri", "is missing");
   return subscriber;
