@@ -22,6 +22,8 @@ struct BakeOptions {
   std::vector<std::string> roots;
   Resources resources;
   std::optional<int> draco_speed;
+  std::optional<std::uint64_t> most_tiles;
+  std::optional<double> most_extent;
   bool force = false, stats = false, plan = false;
   int live_index_ms = 0;
 };
@@ -118,6 +120,8 @@ int run_bake(const BakeOptions& options, bool as_json) {
   settings.memory = options.resources.memory_mib << 20;
   settings.force = options.force;
   settings.stats = options.stats;
+  settings.most_tiles = options.most_tiles;
+  settings.most_extent = options.most_extent;
   settings.plan_only = options.plan;
   settings.stop = signals.token();
   settings.progress = [&line](const bake::Progress& p) { line.show(p); };
@@ -179,6 +183,14 @@ void add_bake(CLI::App& app, int* exit) {
   command->add_flag("--plan", options->plan,
                     "Ingest the elevations and plan, and bake nothing: how many tiles of each "
                     "level there are, and what the plan takes in memory");
+  command
+      ->add_option("--most-tiles", options->most_tiles,
+                   "Bake nothing when more tiles than that are planned (exit code 3)")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 48));
+  command
+      ->add_option("--most-extent", options->most_extent,
+                   "Bake nothing when a side of the world is longer than that [m] (exit code 3)")
+      ->check(CLI::Range(1e-3, 1e9));
   command->add_flag("--force", options->force, "Bake tiles again that are finished");
   command->add_flag("--stats", options->stats,
                     "Measure the scene, too: the columns of Table 1 of Paris et al. 2019");

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -16,20 +17,45 @@
 
 namespace hoodoo {
 
+namespace {
+
+struct ServeOptions {
+  std::string listen = "127.0.0.1:8080", data = "hoodoo-data", cache, viewer, public_url, keys;
+  std::string log = "text";
+  int drain = 0;
+  std::vector<std::string> roots, tilesets;
+  Resources resources;
+  int jobs = 1;
+  std::size_t most_waiting = 100;
+  std::optional<std::size_t> job_memory_mib;
+  std::int64_t job_seconds = 0, keep_seconds = 0, upload_seconds = 86400;
+  std::uint64_t asset_mib = 65536, free_mib = 64;
+  std::int64_t keep_assets = 0;
+  std::vector<std::string> callbacks;
+  std::string callback_secret;
+  double callback_seconds = 10;
+};
+
+void add_callbacks(CLI::App& command, ServeOptions& options) {
+  command.add_option(
+      "--callback-allow", options.callbacks,
+      "HOST[:PORT] that jobs may name as a subscriber; without a port the usual one. "
+      "An address that is not public must be named itself. None: no callbacks");
+  command.add_option("--callback-secret", options.callback_secret,
+                     "File of the secret that callbacks are signed with; needed with "
+                     "--callback-allow");
+  command
+      .add_option(
+          "--callback-seconds", options.callback_seconds,
+          "Pause [s] after the first try of a callback; twice as long after each further one")
+      ->check(CLI::Range(0.01, 86400.0))
+      ->capture_default_str();
+}
+
+}  // namespace
+
 void add_serve(CLI::App& app, int* exit) {
-  struct Options {
-    std::string listen = "127.0.0.1:8080", data = "hoodoo-data", cache, viewer, public_url, keys;
-    std::string log = "text";
-    int drain = 0;
-    std::vector<std::string> roots, tilesets;
-    Resources resources;
-    int jobs = 1;
-    std::size_t most_waiting = 100;
-    std::optional<std::size_t> job_memory_mib;
-    std::int64_t job_seconds = 0, keep_seconds = 0, upload_seconds = 86400;
-    std::uint64_t asset_mib = 65536;
-  };
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ServeOptions>();
   auto* command = app.add_subcommand("serve", "Serve bake jobs, their tiles and the viewer");
   command->add_option("--listen", options->listen, "HOST:PORT; port 0 takes a free one")
       ->capture_default_str();
@@ -79,6 +105,17 @@ void add_serve(CLI::App& app, int* exit) {
                    "Most space [MiB] of all assets that clients have sent, and of one")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 40))
       ->capture_default_str();
+  add_callbacks(*command, *options);
+  command
+      ->add_option("--free-space", options->free_mib,
+                   "Space [MiB] of the disk that stays free: below it no jobs and assets are taken")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 40))
+      ->capture_default_str();
+  command
+      ->add_option("--keep-assets", options->keep_assets,
+                   "How long [s] an asset is kept that no job uses; 0: until somebody deletes it")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 31))
+      ->capture_default_str();
   command
       ->add_option("--upload-seconds", options->upload_seconds,
                    "How long [s] an upload is kept that nothing is added to")
@@ -113,6 +150,12 @@ void add_serve(CLI::App& app, int* exit) {
     settings.limits.processor = std::chrono::seconds(options->job_seconds);
     settings.keep = std::chrono::seconds(options->keep_seconds);
     settings.asset_space = options->asset_mib << 20;
+    settings.free_space = options->free_mib << 20;
+    settings.keep_assets = std::chrono::seconds(options->keep_assets);
+    settings.callbacks = options->callbacks;
+    settings.callback_secret = options->callback_secret;
+    settings.callback_pause =
+        std::chrono::milliseconds(std::llround(1e3 * options->callback_seconds));
     settings.upload_patience = std::chrono::seconds(options->upload_seconds);
     settings.program = std::filesystem::read_symlink("/proc/self/exe");
     settings.viewer = options->viewer;
@@ -134,6 +177,8 @@ void add_key(CLI::App& app, int* exit) {
   struct Options {
     std::string file, name;
     std::vector<std::string> scopes{"read", "submit"};
+    job::Quota quota;
+    std::optional<std::uint64_t> most_mib;
   };
   auto options = std::make_shared<Options>();
   auto* command = app.add_subcommand("key", "Make a bearer key for `hoodoo serve --keys`");
@@ -147,10 +192,27 @@ void add_key(CLI::App& app, int* exit) {
       ->delimiter(',')
       ->check(CLI::IsMember({"read", "submit", "admin"}))
       ->capture_default_str();
+  const CLI::Range some(std::uint64_t{1}, std::uint64_t{1} << 40);
+  command
+      ->add_option("--most-jobs", options->quota.jobs,
+                   "Most jobs of the key that wait or run; else 50 that wait")
+      ->check(some);
+  command
+      ->add_option("--most-space", options->most_mib,
+                   "Most space [MiB] of its assets and of its jobs that have ended")
+      ->check(some);
+  command->add_option("--most-tiles", options->quota.bake.tiles, "Most tiles of a bake")
+      ->check(some);
+  command
+      ->add_option("--most-extent", options->quota.bake.extent,
+                   "Longest side of the world of a bake [m]")
+      ->check(CLI::Range(1e-3, 1e9));
   command->callback([=] {
     std::vector<http::Scope> scopes;
     for (const auto& name : options->scopes) scopes.push_back(http::scope_of(name));
-    fmt::print("{}\n", http::Keys::add(options->file, options->name, scopes));
+    auto quota = options->quota;
+    if (options->most_mib) quota.bytes = *options->most_mib << 20;
+    fmt::print("{}\n", http::Keys::add(options->file, options->name, scopes, quota));
     *exit = 0;
   });
 }

@@ -29,14 +29,13 @@ fs::path made(const fs::path& folder) {
   return fs::canonical(folder);
 }
 
-/// Bytes that may still be written to the disk of a folder.
+}  // namespace
+
 std::uint64_t left_on_disk(const fs::path& folder) {
   struct statvfs status {};
   if (::statvfs(folder.c_str(), &status) != 0) return 0;
   return std::uint64_t{status.f_bavail} * status.f_frsize;
 }
-
-}  // namespace
 
 std::optional<Digest> digest_of(std::string_view name) {
   if (!name.starts_with(prefix)) return std::nullopt;
@@ -58,8 +57,11 @@ std::string random_name() {
   return name;
 }
 
-Assets::Assets(const fs::path& data, std::uint64_t most)
-    : assets_(made(data / "assets")), uploads_(made(data / "uploads")), most_(most) {
+Assets::Assets(const fs::path& data, std::uint64_t most, std::uint64_t free_space)
+    : assets_(made(data / "assets")),
+      uploads_(made(data / "uploads")),
+      most_(most),
+      free_space_(free_space) {
   std::vector<fs::path> leftovers;
   for (const auto& item : fs::directory_iterator(uploads_)) {
     if (is_leftover(item.path())) leftovers.push_back(item.path());
@@ -99,8 +101,11 @@ Space Assets::reserve(std::uint64_t bytes) {
                             most_, taken, bytes));
   }
   const auto left = left_on_disk(uploads_);
-  if (left < free_space || bytes > left - free_space) {
-    throw Error(Fault::io, "", fmt::format("the disk has no space for {} bytes", bytes));
+  if (left < free_space_ || bytes > left - free_space_) {
+    throw Error(
+        Fault::io, "",
+        fmt::format("the disk has no space for {} bytes: it has {} left, and {} are kept free",
+                    bytes, left, free_space_));
   }
   reserved_ += bytes;
   return {new std::uint64_t(bytes), [this](const std::uint64_t* held) {
@@ -121,6 +126,22 @@ void Assets::adopt(const fs::path& from, const Digest& digest) const {
     throw Error(Fault::io, to.filename().string(),
                 "cannot be put in its place: " + std::generic_category().message(why));
   }
+}
+
+std::vector<std::string> Assets::list() const {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& item : fs::directory_iterator(assets_, error)) {
+    auto name = item.path().filename().string();
+    if (digest_of(name)) names.push_back(std::move(name));
+  }
+  return names;
+}
+
+void Assets::remove(const Digest& digest) const {
+  if (::unlink(file(digest).c_str()) == 0 || errno == ENOENT) return;
+  throw Error(Fault::io, name_of(digest),
+              "cannot be removed: " + std::generic_category().message(errno));
 }
 
 Draft::Draft(Assets& assets, std::uint64_t bytes)

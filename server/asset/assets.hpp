@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "engine/base/hash.hpp"
 #include "server/asset/incoming.hpp"
@@ -21,8 +22,8 @@ std::string name_of(const Digest& digest);
 /// the assets are.
 using Space = std::shared_ptr<const std::uint64_t>;
 
-/// The disk keeps this much free of them, for jobs. [bytes]
-inline constexpr std::uint64_t free_space = 64u << 20;
+/// Bytes that may still be written to the disk of a folder.
+std::uint64_t left_on_disk(const std::filesystem::path& folder);
 
 /// Finished contents in data/assets, each whole and on the disk, never changed; what is under way
 /// lies in data/uploads, where no job may read.
@@ -30,9 +31,9 @@ inline constexpr std::uint64_t free_space = 64u << 20;
 /// For one process at a time, any thread.
 class Assets {
  public:
-  /// `most` bytes in all. Removes what a killed server had under way, but no upload that can be
-  /// resumed. Errors: io.
-  Assets(const std::filesystem::path& data, std::uint64_t most);
+  /// `most` bytes in all, of which the disk keeps `free_space` bytes free, for jobs. Removes what a
+  /// killed server had under way, but no upload that can be resumed. Errors: io.
+  Assets(const std::filesystem::path& data, std::uint64_t most, std::uint64_t free_space = 0);
 
   std::uint64_t most() const { return most_; }
   bool holds(const Digest& digest) const;
@@ -44,12 +45,16 @@ class Assets {
   Space reserve(std::uint64_t bytes);
   /// Makes a file in data/uploads, on the disk already, an asset. Errors: io.
   void adopt(const std::filesystem::path& file, const Digest& digest) const;
+  /// The names of all there are.
+  std::vector<std::string> list() const;
+  /// One that is open can be read to its end. Errors: io.
+  void remove(const Digest& digest) const;
 
  private:
   std::uint64_t used() const;
 
   std::filesystem::path assets_, uploads_;
-  const std::uint64_t most_;
+  const std::uint64_t most_, free_space_;
   std::mutex mutex_;
   std::uint64_t reserved_ = 0;  // [bytes] under way; guarded by mutex_
 };

@@ -171,6 +171,16 @@ std::optional<Upload> Uploads::find(std::string_view id) const {
   return upload;
 }
 
+std::uint64_t Uploads::under_way(std::string_view owner) const {
+  const std::lock_guard guard(mutex_);
+  std::uint64_t bytes = 0;
+  for (const auto& [id, record] : records_) {
+    const auto& upload = record->upload;
+    if (upload.owner == owner && !upload.made) bytes += upload.length;
+  }
+  return bytes;
+}
+
 std::unique_ptr<Uploads::Turn> Uploads::take(std::string_view id) {
   std::shared_ptr<Record> record;
   {

@@ -49,6 +49,8 @@ class Uploads {
   std::optional<Upload> create(std::uint64_t length, const std::optional<Digest>& wanted,
                                const std::string& owner);
   std::optional<Upload> find(std::string_view id) const;
+  /// What an owner's uploads will be that are no assets yet [bytes].
+  std::uint64_t under_way(std::string_view owner) const;
 
  private:
   struct Record;

@@ -135,6 +135,7 @@ const std::vector<Api::Route>& Api::routes() {
       {"GET", "jobs/*/tiles/**", &Api::tile},
       {"GET", "assets/*", &Api::asset, Scope::read},
       {"PUT", "assets/*", &Api::put_asset, Scope::submit},
+      {"DELETE", "assets/*", &Api::remove_asset, Scope::submit},
       {"POST", "uploads", &Api::create_upload, Scope::submit},
       {"HEAD", "uploads/*", &Api::upload_state, Scope::submit},
       {"PATCH", "uploads/*", &Api::add_to_upload, Scope::submit},
@@ -282,7 +283,9 @@ Response Api::route(Request& request, std::string_view& pattern) {
 Response Api::landing(const Request&, const Parameters&) {
   return document(landing_page(settings_.base));
 }
-Response Api::conforms(const Request&, const Parameters&) { return document(conformance()); }
+Response Api::conforms(const Request&, const Parameters&) {
+  return document(conformance(!settings_.callbacks.empty()));
+}
 Response Api::health(const Request&, const Parameters&) { return document({{"status", "ok"}}); }
 
 /// Where a balancer asks whether to send requests here.

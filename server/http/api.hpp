@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/asset/uploads.hpp"
+#include "server/http/callback_target.hpp"
 #include "server/http/execution.hpp"
 #include "server/http/keys.hpp"
 #include "server/http/message.hpp"
@@ -38,6 +39,7 @@ struct ApiSettings {
   Tilesets tilesets;                         // finished ones
   std::function<nlohmann::json()> scene_schema;
   Keys keys;                       // empty: everybody may do everything
+  AllowList callbacks;             // whom they may go to; empty: there are none
   std::function<bool()> draining;  // true: takes no jobs any more; empty: never
 };
 
@@ -48,7 +50,7 @@ struct ApiSettings {
 ///   GET    /jobs  /jobs/ID  /jobs/ID/results  /jobs/ID/results/OUTPUT  /jobs/ID/files/NAME
 ///   GET    /jobs/ID/events                            DELETE  /jobs/ID
 ///   GET    /jobs/ID/tiles/...   /tilesets   /tilesets/NAME/...   /viewer/...
-///   GET    /assets/sha256-HEX                         PUT   /assets/sha256-HEX
+///   GET    /assets/sha256-HEX                         PUT, DELETE  /assets/sha256-HEX
 ///   POST   /uploads                                   HEAD, PATCH, DELETE  /uploads/ID
 ///
 /// A request that is no execution in form is 400; a scene with problems is 422 with all of them,
@@ -100,6 +102,7 @@ class Api {
   Response viewer_folder(const Request&, const Parameters&);
   Response asset(const Request&, const Parameters&);
   Response put_asset(const Request&, const Parameters&);
+  Response remove_asset(const Request&, const Parameters&);
   Response create_upload(const Request&, const Parameters&);
   Response upload_state(const Request&, const Parameters&);
   Response add_to_upload(const Request&, const Parameters&);
@@ -111,11 +114,14 @@ class Api {
 
   Response submit(const job::Request& wanted);
   Response answer_to(const job::Submitted& submitted) const;
+  job::Quota quota_of(const Request& request) const;
+  std::optional<Response> space_refusal(const Request& request, std::uint64_t bytes) const;
+  void note_asset(const asset::Upload& upload) const;
+  std::optional<Response> callback_refusal(const job::Subscriber& subscriber, bool async) const;
   Response validate(const job::Request& wanted, bool raw) const;
   References references() const;
   std::variant<asset::Upload, Response> upload_of(const Request& request,
                                                   std::string_view id) const;
-  std::vector<std::string> result_files(const job::Job& job) const;
   nlohmann::json info(const job::Job& job) const;
   std::vector<Problem> visible(const job::Job& job) const;
   Response unfinished(const job::Job& job) const;

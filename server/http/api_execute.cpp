@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <chrono>
 #include <nlohmann/json.hpp>
 
@@ -54,7 +56,8 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   }
   const bool async = control->async && (!control->sync || preferences_of(request).respond_async);
   auto& wanted = execution.request;
-  wanted.owner = request.owner;
+  if (auto refused = callback_refusal(wanted.subscriber, async)) return std::move(*refused);
+  wanted.quota = quota_of(request);
   if (async) return submit(wanted);
   if (wanted.process == validate_process) return validate(wanted, execution.raw);
   const std::chrono::duration<double> pause(wanted.inputs["pause"].get<double>());
@@ -66,6 +69,34 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
     return outputs("echo", value, raw);
   };
   return response;
+}
+
+job::Quota Api::quota_of(const Request& request) const {
+  const auto* key = settings_.keys.find(request.header("authorization"));
+  return key == nullptr ? job::Quota() : key->quota;
+}
+
+/// None of what a request names is asked before its job runs.
+std::optional<Response> Api::callback_refusal(const job::Subscriber& subscriber, bool async) const {
+  if (subscriber.empty()) return std::nullopt;
+  if (settings_.callbacks.empty()) {
+    return problem(400, "The request cannot be taken.",
+                   {{"/subscriber", "callbacks are not offered"}});
+  }
+  if (!async) {
+    return problem(400, "The request cannot be taken.",
+                   {{"/subscriber", "is for jobs alone; send Prefer: respond-async for one"}});
+  }
+  std::vector<Problem> problems;
+  const auto look = [&](const std::string& uri, const char* pointer) {
+    if (uri.empty() || settings_.callbacks.lets(target_of(uri, pointer))) return;
+    problems.push_back({pointer, "leads to a host that this server may not call"});
+  };
+  look(subscriber.success, "/subscriber/successUri");
+  look(subscriber.in_progress, "/subscriber/inProgressUri");
+  look(subscriber.failed, "/subscriber/failedUri");
+  if (problems.empty()) return std::nullopt;
+  return problem(422, "The subscriber cannot be called.", problems);
 }
 
 /// A scene with problems is a good answer of this process.
@@ -100,10 +131,12 @@ Response Api::answer_to(const job::Submitted& submitted) const {
   if (submitted.kind == Kind::queue_full || submitted.kind == Kind::owner_full) {
     auto refusal = submitted.kind == Kind::queue_full
                        ? problem(503, "Too many jobs are waiting.")
-                       : problem(429, "Too many of your jobs are waiting.");
+                       : problem(429, fmt::format("You have {} jobs under way, and may have {}.",
+                                                  submitted.used, submitted.most));
     refusal.headers.emplace_back("Retry-After", "60");
     return refusal;
   }
+  if (submitted.kind == Kind::owner_space) return over_quota(submitted.used, 0, submitted.most);
   if (submitted.kind == Kind::key_reused) {
     return problem(422, "This Idempotency-Key came with another request before.");
   }

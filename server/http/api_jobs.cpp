@@ -1,9 +1,7 @@
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "server/http/api.hpp"
 #include "server/http/documents.hpp"
@@ -137,30 +135,18 @@ Response Api::dismiss(const Request& request, const Parameters& parameters) {
   return document(info(*job));
 }
 
-/// Names of the files that a job has made, beside its tileset.
-std::vector<std::string> Api::result_files(const job::Job& job) const {
-  std::vector<std::string> names;
-  if (job.process == job::bake_process) return names;
-  std::error_code error;
-  for (const auto& item : std::filesystem::directory_iterator(queue_.results(job.id), error)) {
-    names.push_back(item.path().filename());
-  }
-  std::ranges::sort(names);
-  return names;
-}
-
 Response Api::job_results(const Request&, const Parameters& parameters) {
   const auto job = queue_.find(parameters[0]);
   if (!job) return no_job();
   if (job->status != job::Status::successful) return unfinished(*job);
-  return document(results(*job, result_files(*job), settings_.base));
+  return document(results(*job, result_files(*job, queue_.results(job->id)), settings_.base));
 }
 
 Response Api::one_result(const Request&, const Parameters& parameters) {
   const auto job = queue_.find(parameters[0]);
   if (!job) return no_job();
   if (job->status != job::Status::successful) return unfinished(*job);
-  const auto all = results(*job, result_files(*job), settings_.base);
+  const auto all = results(*job, result_files(*job, queue_.results(job->id)), settings_.base);
   const auto found = all.find(std::string(parameters[1]));
   if (found == all.end()) return problem(404, "There is no such result.");
   if (parameters[1] == "report") return document(report(*job));

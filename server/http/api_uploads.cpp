@@ -51,7 +51,7 @@ struct Part {
 };
 
 Response add(asset::Uploads::Turn& turn, const Part& part, const std::string& base,
-             const ReadBody& read) {
+             const ReadBody& read, const std::function<void(const asset::Upload&)>& note) {
   if (turn.offset() != part.offset) return wrong_offset(turn.offset());
   turn.make_room(part.length);
   Sha256 hash;
@@ -65,6 +65,7 @@ Response add(asset::Uploads::Turn& turn, const Part& part, const std::string& ba
   const bool checked = !part.checksum || (whole && hash.finish() == *part.checksum);
   if (!checked) turn.cut(part.offset);
   const auto upload = turn.end();
+  note(upload);
   if (!whole) return not_received(received);
   if (!checked) return problem(460, "The part does not have the checksum that was said.");
   return state(upload, 204, base);
@@ -84,6 +85,12 @@ std::variant<asset::Upload, Response> Api::upload_of(const Request& request,
   return std::move(*upload);
 }
 
+/// Whose it is, once it is whole.
+void Api::note_asset(const asset::Upload& upload) const {
+  if (!upload.made) return;
+  queue_.add_asset(asset::name_of(*upload.made), upload.owner, upload.length);
+}
+
 Response Api::create_upload(const Request& request, const Parameters&) {
   if (auto refused = other_version(request)) return std::move(*refused);
   const auto body = request.header("content-length");
@@ -98,6 +105,7 @@ Response Api::create_upload(const Request& request, const Parameters&) {
   } catch (const Error& error) {
     return problem(400, "The headers are wrong.", error.problems);
   }
+  if (auto refused = space_refusal(request, *length)) return std::move(*refused);
   auto upload = uploads_.create(*length, wanted, request.owner);
   if (!upload) {
     auto refusal = problem(503, "Too many uploads are under way.");
@@ -106,6 +114,7 @@ Response Api::create_upload(const Request& request, const Parameters&) {
   }
   const auto turn = *length == 0 ? uploads_.take(upload->id) : nullptr;
   if (turn) upload = turn->end();  // there is nothing to wait for
+  note_asset(*upload);
   auto response = state(*upload, 201, settings_.base);
   response.headers.emplace_back("Location", settings_.base + "/uploads/" + upload->id);
   return response;
@@ -118,6 +127,7 @@ Response Api::upload_state(const Request& request, const Parameters& parameters)
   if (upload.offset == upload.length && !upload.made) {
     // The server was killed when all had come: what was left to do is done now.
     if (const auto turn = uploads_.take(upload.id)) upload = turn->end();
+    note_asset(upload);
   }
   auto response = state(upload, 200, settings_.base);
   response.headers.emplace_back("Upload-Length", std::to_string(upload.length));
@@ -150,7 +160,8 @@ Response Api::add_to_upload(const Request& request, const Parameters& parameters
   response.take = [this, part, id = upload.id](const ReadBody& read) {
     const auto turn = uploads_.take(id);
     if (!turn) return is_taken();
-    return add(*turn, part, settings_.base, read);
+    return add(*turn, part, settings_.base, read,
+               [this](const asset::Upload& made) { note_asset(made); });
   };
   return response;
 }

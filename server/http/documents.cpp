@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "server/http/files.hpp"
+#include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
 #include "server/job/state.hpp"
 
@@ -123,13 +125,14 @@ json tileset_list(const std::vector<std::string>& names, const std::string& base
   return {{"tilesets", list}};
 }
 
-json conformance() {
+json conformance(bool callbacks) {
   const std::string processes = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/";
   json classes = json::array();
   for (const auto* name :
        {"core", "ogc-process-description", "json", "oas30", "job-list", "dismiss"}) {
     classes.push_back(processes + name);
   }
+  if (callbacks) classes.push_back(processes + "callback");
   return {{"conformsTo", classes}};
 }
 
@@ -221,6 +224,27 @@ json report(const job::Job& job) {
     report["seconds"] = static_cast<double>((*job.finished - *job.started).count()) / 1000;
   }
   return report;
+}
+
+std::vector<std::string> result_files(const job::Job& job, const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  if (job.process == job::bake_process) return names;
+  std::error_code error;
+  for (const auto& item : std::filesystem::directory_iterator(folder, error)) {
+    names.push_back(item.path().filename());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+std::string announcement(const job::Job& job, const std::filesystem::path& folder,
+                         const std::string& base, const std::vector<std::string>& hidden) {
+  std::vector<Problem> problems;
+  if (job.fault) problems = shown(*job.fault, job.problems, hidden);
+  const auto body = job.status == job::Status::successful
+                        ? results(job, result_files(job, folder), base)
+                        : status_info(job, problems, base);
+  return body.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 }  // namespace hoodoo::http

@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -11,7 +12,8 @@ namespace hoodoo::http {
 
 nlohmann::json landing_page(const std::string& base);
 
-nlohmann::json conformance();
+/// Of the class callback only where there are `callbacks`.
+nlohmann::json conformance(bool callbacks);
 
 /// statusInfo, and beyond it: phase, tiles{done,total,reused}, triangles, bytes, complete,
 /// warnings, and the errors of a failed job. `problems` are those of the job that may be seen.
@@ -29,5 +31,12 @@ nlohmann::json tileset_list(const std::vector<std::string>& names, const std::st
 nlohmann::json results(const job::Job& job, const std::vector<std::string>& files,
                        const std::string& base);
 nlohmann::json report(const job::Job& job);
+/// Names of the files that a job has made in its folder of results, beside a tileset.
+std::vector<std::string> result_files(const job::Job& job, const std::filesystem::path& folder);
+
+/// What a subscriber is told: the results of a job that was successful, else its statusInfo.
+/// `hidden` are folders whose names nobody sees.
+std::string announcement(const job::Job& job, const std::filesystem::path& folder,
+                         const std::string& base, const std::vector<std::string>& hidden);
 
 }  // namespace hoodoo::http

@@ -11,6 +11,7 @@
 #include "engine/scene/files.hpp"
 #include "server/asset/assets.hpp"
 #include "server/http/api.hpp"
+#include "server/http/callback_target.hpp"
 #include "server/http/processes.hpp"
 
 namespace hoodoo::http {
@@ -169,6 +170,25 @@ int priority_of(const json& value) {
   return value.get<int>();
 }
 
+/// subscriber.yaml of OGC API - Processes 1.0.
+job::Subscriber subscriber_of(const json& value) {
+  if (!value.is_object()) refuse("/subscriber", "must be an object");
+  job::Subscriber subscriber;
+  for (const auto& item : value.items()) {
+    const auto pointer = "/subscriber/" + pointer_token(item.key());
+    std::string* uri = nullptr;
+    if (item.key() == "successUri") uri = &subscriber.success;
+    if (item.key() == "inProgressUri") uri = &subscriber.in_progress;
+    if (item.key() == "failedUri") uri = &subscriber.failed;
+    if (uri == nullptr) refuse(pointer, "is no member of a subscriber");
+    if (!item.value().is_string()) refuse(pointer, "must be a string");
+    *uri = item.value().get<std::string>();
+    http::target_of(*uri, pointer);  // is one that could be called
+  }
+  if (subscriber.success.empty()) refuse("/subscriber/successUri", "is missing");
+  return subscriber;
+}
+
 /// Of the draft "The Idempotency-Key HTTP Header Field". Empty when there is none.
 std::string key_of(const Request& request) {
   const auto found = request.headers.find("idempotency-key");
@@ -188,7 +208,6 @@ Execution read_execution(std::string_view process, const Request& request,
                          const References& references) {
   const auto body = parse_json(request.body, "", limits());
   if (!body.is_object()) refuse("", "must be an object");
-  if (body.contains("subscriber")) refuse("/subscriber", "callbacks are not offered");
   const auto response = body.value("response", json("document"));
   const bool may_be_raw = control_of(process)->sync;
   if (response != "document" && !(may_be_raw && response == "raw")) {
@@ -206,6 +225,7 @@ Execution read_execution(std::string_view process, const Request& request,
   wanted.owner = request.owner;
   wanted.key = key_of(request);
   if (body.contains("priority")) wanted.priority = priority_of(body["priority"]);
+  if (body.contains("subscriber")) wanted.subscriber = subscriber_of(body["subscriber"]);
   wanted.inputs = inputs_of(process, body, references);
   execution.raw = response == "raw";
   return execution;

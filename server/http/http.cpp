@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -12,6 +13,9 @@
 #include "engine/base/error.hpp"
 #include "server/asset/uploads.hpp"
 #include "server/http/api.hpp"
+#include "server/http/asset_keeper.hpp"
+#include "server/http/courier.hpp"
+#include "server/http/documents.hpp"
 #include "server/http/listener.hpp"
 #include "server/http/log.hpp"
 #include "server/job/commands.hpp"
@@ -73,6 +77,15 @@ void check(const Settings& settings) {
     throw Error(Fault::bad_input, "--public-url",
                 "must start with http:// or https:// and a host, got " + settings.public_url);
   }
+}
+
+/// None where nobody is called.
+std::optional<Sender> sender_of(const Settings& settings) {
+  if (settings.callbacks.empty()) return std::nullopt;
+  if (settings.callback_secret.empty()) {
+    throw Error(Fault::bad_input, "--callback-secret", "is needed with --callback-allow");
+  }
+  return Sender(AllowList(settings.callbacks), read_secret(settings.callback_secret));
 }
 
 /// Beside the command in a build folder, under share/ once installed.
@@ -146,6 +159,7 @@ void serve(const Settings& given) {
   auto settings = given;
   std::erase_if(settings.host, [](char c) { return c == '[' || c == ']'; });
   check(settings);
+  const auto sender = sender_of(settings);
   const Tilesets tilesets(settings.tilesets);
   Listener listener(settings.host, settings.port);
   const auto commands = commands_of(settings);
@@ -154,12 +168,21 @@ void serve(const Settings& given) {
   queue_settings.at_once = settings.at_once;
   queue_settings.most_waiting = settings.most_waiting;
   queue_settings.keep = settings.keep;
+  queue_settings.free_space = settings.free_space;
+  if (sender) {
+    queue_settings.announce = [base = base_of(settings, listener.port()),
+                               hidden = hidden_of(settings)](const job::Job& job,
+                                                             const fs::path& results) {
+      return announcement(job, results, base, hidden);
+    };
+  }
   job::Queue queue(std::move(queue_settings),
                    {[commands](const fs::path& scene) { return commands.check(scene); },
                     [commands](const job::Work& work) { return commands.run(work); }});
   // Not before the queue, which keeps other servers away from the data.
-  asset::Assets assets(settings.data, settings.asset_space);
+  asset::Assets assets(settings.data, settings.asset_space, settings.free_space);
   asset::Uploads uploads(assets, settings.upload_patience);
+  const AssetKeeper keeper(queue, assets, settings.keep_assets);
   ApiSettings api_settings;
   api_settings.base = base_of(settings, listener.port());
   api_settings.hosts = hosts_of(settings, listener.port());
@@ -168,11 +191,14 @@ void serve(const Settings& given) {
   api_settings.roots = commands.roots;
   api_settings.tilesets = tilesets;
   api_settings.scene_schema = scene::schema;
+  api_settings.callbacks = AllowList(settings.callbacks);
   if (!settings.keys.empty()) api_settings.keys = Keys::read(settings.keys);
   api_settings.draining = [stop = settings.stop] { return stop.stop_requested(); };
   set_log_format(settings.json_log ? LogFormat::json : LogFormat::text);
   if (settings.listening) settings.listening(listener.port());
   Api api(queue, assets, uploads, std::move(api_settings));
+  std::optional<Courier> courier;
+  if (sender) courier.emplace(queue, *sender, settings.callback_pause);
   std::stop_source drained;
   std::jthread drain([&](const std::stop_token& over) { wait_to_drain(settings, over, drained); });
   listener.run(

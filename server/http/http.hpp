@@ -26,6 +26,8 @@ struct Settings {
   std::size_t most_waiting = 100;                // jobs
   job::Limits limits;                            // of a job's process
   std::chrono::seconds keep{0};                  // a job that has ended; 0: until it is deleted
+  std::uint64_t free_space = std::uint64_t{64} << 20;   // [bytes] that the disk keeps
+  std::chrono::seconds keep_assets{0};                  // that no job uses; 0: until deleted
   std::uint64_t asset_space = std::uint64_t{64} << 30;  // [bytes] of assets
   std::chrono::seconds upload_patience{86400};          // with an upload that nothing is added to
   std::filesystem::path program;                        // hoodoo, which carries jobs out
@@ -35,6 +37,9 @@ struct Settings {
   /// Who may use it, as Keys reads them; empty: everybody on this machine.
   std::filesystem::path keys;
   bool json_log = false;
+  std::vector<std::string> callbacks;     // hosts that may be called, as AllowList has them
+  std::filesystem::path callback_secret;  // of their signatures
+  std::chrono::milliseconds callback_pause{10'000};  // between the first two tries
   /// After `stop`, how long requests are still answered while /readyz says that no more are wanted.
   std::chrono::seconds drain{0};
   std::function<void(int port)> listening;  // called once, when requests are answered
@@ -47,8 +52,8 @@ struct Settings {
 /// On a loopback address only requests for a loopback host or the public one are answered, so
 /// that no page can reach the server through a name of its own.
 /// Errors: bad_input (public_url; it is needed when listening on all addresses; no keys on an
-/// address that others can reach), not_found (a root, a tileset), io (the address or the data are
-/// in use).
+/// address that others can reach; callbacks without a secret), not_found (a root, a tileset), io
+/// (the address or the data are in use).
 void serve(const Settings& settings);
 
 }  // namespace hoodoo::http

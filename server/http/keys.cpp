@@ -50,7 +50,7 @@ class Reader {
 
  private:
   Key key(const json& entry, const std::string& at) const {
-    static const std::set<std::string> members{"name", "sha256", "scopes"};
+    static const std::set<std::string> members{"name", "sha256", "scopes", "most"};
     if (!entry.is_object()) fail(at, "must be an object");
     for (const auto& member : entry.items()) {
       if (!members.contains(member.key())) fail(at + "/" + member.key(), "is not known here");
@@ -75,7 +75,30 @@ class Reader {
         fail(fmt::format("{}/scopes/{}", at, n), error.problems.front().what);
       }
     }
+    if (entry.contains("most")) key.quota = quota(entry["most"], at + "/most");
     return key;
+  }
+  job::Quota quota(const json& most, const std::string& at) const {
+    if (!most.is_object()) fail(at, "must be an object");
+    job::Quota quota;
+    for (const auto& item : most.items()) {
+      const auto where = at + "/" + item.key();
+      const auto& value = item.value();
+      if (item.key() == "extent") {
+        if (!value.is_number() || !(value.get<double>() > 0)) fail(where, "must be above 0 m");
+        quota.bake.extent = value.get<double>();
+        continue;
+      }
+      auto* number = item.key() == "jobs"    ? &quota.jobs
+                     : item.key() == "bytes" ? &quota.bytes
+                     : item.key() == "tiles" ? &quota.bake.tiles
+                                             : nullptr;
+      if (number == nullptr) fail(where, "is not known here");
+      const bool at_least_one = value.is_number_unsigned() && value.get<std::uint64_t>() > 0;
+      if (!at_least_one) fail(where, "must be a whole number, 1 or more");
+      *number = value.get<std::uint64_t>();
+    }
+    return quota;
   }
   std::string text(const json& entry, const std::string& at, const char* member) const {
     const auto found = entry.find(member);
@@ -93,6 +116,15 @@ std::vector<Key> read_keys(const fs::path& file) {
   const auto document = json::parse(read_file(file, most_bytes), nullptr, false);
   if (document.is_discarded()) throw Error(Fault::bad_input, file.string(), "is no JSON");
   return Reader(file).keys(document);
+}
+
+json to_json(const job::Quota& quota) {
+  json most = json::object();
+  if (quota.jobs) most["jobs"] = *quota.jobs;
+  if (quota.bytes) most["bytes"] = *quota.bytes;
+  if (quota.bake.tiles) most["tiles"] = *quota.bake.tiles;
+  if (quota.bake.extent) most["extent"] = *quota.bake.extent;
+  return most;
 }
 
 std::string new_text() {
@@ -148,7 +180,7 @@ const Key* Keys::find(std::string_view authorization) const {
 }
 
 std::string Keys::add(const fs::path& file, const std::string& name,
-                      const std::vector<Scope>& scopes) {
+                      const std::vector<Scope>& scopes, const job::Quota& quota) {
   if (!is_plain_name(name)) {
     throw Error(Fault::bad_input, "name",
                 "must be of letters, digits, '.', '_' and '-' and not start with '.', got " + name);
@@ -157,12 +189,14 @@ std::string Keys::add(const fs::path& file, const std::string& name,
   auto keys = fs::exists(file, error) ? read_keys(file) : std::vector<Key>();
   std::erase_if(keys, [&](const Key& key) { return key.name == name; });
   const auto text = new_text();
-  keys.push_back({name, sha256(text), scopes});
+  keys.push_back({name, sha256(text), scopes, quota});
   json entries = json::array();
   for (const auto& key : keys) {
     json names = json::array();
     for (const auto scope : key.scopes) names.push_back(name_of(scope));
     entries.push_back({{"name", key.name}, {"sha256", key.digest.hex()}, {"scopes", names}});
+    const auto most = to_json(key.quota);
+    if (!most.empty()) entries.back()["most"] = most;
   }
   write_file(file, json{{"keys", entries}}.dump(2) + "\n");
   ::chmod(file.c_str(), S_IRUSR | S_IWUSR);

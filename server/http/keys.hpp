@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/base/hash.hpp"
+#include "server/job/job.hpp"
 
 /// Who may use the service: bearer keys (RFC 6750), of which only the SHA-256 is kept.
 namespace hoodoo::http {
@@ -16,11 +17,13 @@ struct Key {
   std::string name;  // of its owner
   Digest digest;     // of its text
   std::vector<Scope> scopes;
+  job::Quota quota{};
 
   bool may(Scope scope) const;
 };
 
-/// Keys in a JSON file: {"keys": [{"name", "sha256", "scopes": ["read", "submit", "admin"]}]}.
+/// Keys in a JSON file: {"keys": [{"name", "sha256", "scopes": ["read", "submit", "admin"],
+/// "most": {"jobs", "bytes", "tiles", "extent"}}]}; of "most" any member may be absent, and all.
 class Keys {
  public:
   Keys() = default;  // none: everybody may do everything
@@ -36,7 +39,7 @@ class Keys {
   /// kept nowhere. Errors: as `read`, for a file that is there; bad_input, a name that is no plain
   /// one.
   static std::string add(const std::filesystem::path& file, const std::string& name,
-                         const std::vector<Scope>& scopes);
+                         const std::vector<Scope>& scopes, const job::Quota& quota = {});
 
  private:
   std::vector<Key> keys_;

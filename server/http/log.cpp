@@ -49,6 +49,25 @@ void log_request(const RequestLine& line) {
   write(all);
 }
 
+void log_callback(const CallbackLine& line) {
+  if (wanted == LogFormat::json) {
+    nlohmann::ordered_json all{{"time", now()},
+                               {"level", line.given_up ? "error" : "info"},
+                               {"event", "callback"},
+                               {"delivery", line.delivery},
+                               {"job", line.job},
+                               {"status", line.status},
+                               {"tries", line.tries},
+                               {"milliseconds", line.milliseconds},
+                               {"given_up", line.given_up}};
+    if (!line.why.empty()) all["why"] = line.why;
+    write(all);
+  } else if (line.given_up) {
+    logger().error("hoodoo: callback {} is given up after {} tries: {}", line.delivery, line.tries,
+                   line.why.empty() ? fmt::format("answered {}", line.status) : line.why);
+  }
+}
+
 void log_fault(const std::string& what, const std::string& request_id) {
   if (wanted == LogFormat::json) {
     write({{"time", now()},

@@ -15,9 +15,20 @@ struct RequestLine {
   double milliseconds = 0;
 };
 
+/// One try of a callback. In JSON: time, level, event "callback", delivery, job, status, tries,
+/// milliseconds, why where there was no answer, and given_up.
+struct CallbackLine {
+  std::string delivery, job, why;
+  int status = 0, tries = 0;
+  bool given_up = false;
+  double milliseconds = 0;
+};
+
 /// Requests are told in JSON alone: as text only faults are.
 void set_log_format(LogFormat format);
 void log_request(const RequestLine& line);
+/// As text only one that is given up.
+void log_callback(const CallbackLine& line);
 /// What went wrong inside, which no client is told.
 void log_fault(const std::string& what, const std::string& request_id);
 

@@ -51,6 +51,16 @@ struct Metrics::Registry {
           .Register(all);
   prometheus::Family<prometheus::Gauge>& jobs =
       BuildGauge().Name("hoodoo_jobs").Help("Jobs that are kept, by status.").Register(all);
+  prometheus::Gauge& callbacks_pending = BuildGauge()
+                                             .Name("hoodoo_callbacks_pending")
+                                             .Help("Callbacks that are owed.")
+                                             .Register(all)
+                                             .Add({});
+  prometheus::Family<prometheus::Counter>& callbacks =
+      BuildCounter()
+          .Name("hoodoo_callbacks_total")
+          .Help("Callbacks: delivered, tries that failed, given up.")
+          .Register(all);
   prometheus::Gauge& memory = BuildGauge()
                                   .Name("process_resident_memory_bytes")
                                   .Help("Resident memory of the server, without its jobs.")
@@ -88,6 +98,15 @@ std::string Metrics::text(const job::Queue& queue) {
     registry_->jobs.Add({{"status", std::string(job::name_of(status))}})
         .Set(static_cast<double>(queue.count(status)));
   }
+  const auto told = queue.told();
+  registry_->callbacks_pending.Set(static_cast<double>(told.pending));
+  const auto count_to = [this](const char* result, std::uint64_t total) {
+    auto& counter = registry_->callbacks.Add({{"result", result}});
+    counter.Increment(static_cast<double>(total) - counter.Value());
+  };
+  count_to("delivered", told.delivered);
+  count_to("failed", told.failed_tries);
+  count_to("given_up", told.given_up);
   registry_->memory.Set(resident_memory());
   return prometheus::TextSerializer().Serialize(registry_->all.Collect());
 }

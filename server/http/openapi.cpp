@@ -13,76 +13,6 @@ namespace {
 
 using nlohmann::json;
 
-/// Schemas of OGC API - Processes 1.0 with what this service adds.
-constexpr const char* schemas = R"({
-"link": {"type": "object", "required": ["href"], "properties": {
-  "href": {"type": "string", "format": "uri"}, "rel": {"type": "string"}, "type": {"type": "string"},
-  "title": {"type": "string"}}},
-"links": {"type": "array", "items": {"$ref": "#/components/schemas/link"}},
-"landingPage": {"type": "object", "required": ["links"], "properties": {
-  "title": {"type": "string"}, "description": {"type": "string"},
-  "links": {"$ref": "#/components/schemas/links"}}},
-"conformance": {"type": "object", "required": ["conformsTo"], "properties": {
-  "conformsTo": {"type": "array", "items": {"type": "string", "format": "uri"}}}},
-"processSummary": {"type": "object", "required": ["id", "version"], "properties": {
-  "id": {"type": "string"}, "version": {"type": "string"}, "title": {"type": "string"},
-  "description": {"type": "string"},
-  "jobControlOptions": {"type": "array", "items": {
-    "type": "string", "enum": ["sync-execute", "async-execute", "dismiss"]}},
-  "outputTransmission": {"type": "array", "items": {"type": "string", "enum": ["value", "reference"]}},
-  "links": {"$ref": "#/components/schemas/links"}}},
-"processList": {"type": "object", "required": ["processes", "links"], "properties": {
-  "processes": {"type": "array", "items": {"$ref": "#/components/schemas/processSummary"}},
-  "links": {"$ref": "#/components/schemas/links"}}},
-"description": {"type": "object", "required": ["schema"], "properties": {
-  "title": {"type": "string"}, "description": {"type": "string"}, "schema": {"type": "object"},
-  "minOccurs": {"type": "integer"}, "maxOccurs": {"type": "integer"}}},
-"process": {"allOf": [{"$ref": "#/components/schemas/processSummary"}, {"type": "object",
-  "required": ["inputs", "outputs"], "properties": {
-    "inputs": {"type": "object", "additionalProperties": {"$ref": "#/components/schemas/description"}},
-    "outputs": {"type": "object", "additionalProperties": {"$ref": "#/components/schemas/description"}}}}]},
-"execute": {"type": "object", "required": ["inputs"], "properties": {
-  "inputs": {"type": "object"},
-  "outputs": {"type": "object", "additionalProperties": {"type": "object"}},
-  "response": {"type": "string", "enum": ["raw", "document"], "default": "document"},
-  "priority": {"type": "integer", "minimum": -10, "maximum": 10, "default": 0}}},
-"statusCode": {"type": "string", "enum": ["accepted", "running", "successful", "failed", "dismissed"]},
-"error": {"type": "object", "required": ["pointer", "detail"], "properties": {
-  "pointer": {"type": "string"}, "detail": {"type": "string"}}},
-"statusInfo": {"type": "object", "required": ["jobID", "status", "type"], "properties": {
-  "processID": {"type": "string"}, "type": {"type": "string", "enum": ["process"]},
-  "jobID": {"type": "string", "pattern": "^[0-9a-f]{32}$"},
-  "status": {"$ref": "#/components/schemas/statusCode"},
-  "message": {"type": "string"}, "title": {"type": "string"},
-  "created": {"type": "string", "format": "date-time"}, "started": {"type": "string", "format": "date-time"},
-  "finished": {"type": "string", "format": "date-time"}, "updated": {"type": "string", "format": "date-time"},
-  "progress": {"type": "integer", "minimum": 0, "maximum": 100},
-  "priority": {"type": "integer"}, "phase": {"type": "string", "enum": ["ingest", "tiles", "index", "done"]},
-  "tiles": {"type": "object", "required": ["done", "total", "reused", "cached"], "properties": {
-    "done": {"type": "integer"}, "total": {"type": "integer"}, "reused": {"type": "integer"},
-    "cached": {"type": "integer"}}},
-  "triangles": {"type": "integer"}, "bytes": {"type": "integer"},
-  "errors": {"type": "array", "items": {"$ref": "#/components/schemas/error"}},
-  "links": {"$ref": "#/components/schemas/links"}}},
-"jobList": {"type": "object", "required": ["jobs", "links"], "properties": {
-  "jobs": {"type": "array", "items": {"$ref": "#/components/schemas/statusInfo"}},
-  "links": {"$ref": "#/components/schemas/links"}}},
-"results": {"type": "object"},
-"anything": {"description": "An output by itself, or a document of them"},
-"problem": {"type": "object", "required": ["type", "title", "status", "detail"], "properties": {
-  "type": {"type": "string"}, "title": {"type": "string"}, "status": {"type": "integer"},
-  "detail": {"type": "string"}, "instance": {"type": "string"},
-  "errors": {"type": "array", "items": {"$ref": "#/components/schemas/error"}}}},
-"tilesets": {"type": "object", "required": ["tilesets"], "properties": {
-  "tilesets": {"type": "array", "items": {"type": "object", "required": ["name", "href", "viewer"],
-    "properties": {"name": {"type": "string"}, "href": {"type": "string", "format": "uri"},
-      "viewer": {"type": "string", "format": "uri"}}}}}},
-"asset": {"type": "object", "required": ["id", "href", "bytes"], "properties": {
-  "id": {"type": "string", "pattern": "^sha256-[0-9a-f]{64}$"}, "href": {"type": "string", "format": "uri"},
-  "bytes": {"type": "integer", "minimum": 0}}},
-"health": {"type": "object", "required": ["status"], "properties": {"status": {"type": "string"}}}
-})";
-
 json content(const char* type, json schema) {
   return {{"content", {{type, {{"schema", std::move(schema)}}}}}};
 }
@@ -148,6 +78,40 @@ json file(const char* id, const char* summary, std::vector<json> parameters) {
                      std::move(parameters))}};
 }
 
+/// A problem that a client should tell from others.
+json refusal(const char* description) {
+  auto problem = content("application/problem+json", of("problem"));
+  problem["description"] = description;
+  return problem;
+}
+
+/// A request that this service makes: to `member` of the subscriber.
+json callback(const char* id, const std::string& member, const char* summary, const char* schema) {
+  const auto header = [](const char* name, const char* description) {
+    return json{{"name", name},
+                {"in", "header"},
+                {"required", true},
+                {"description", description},
+                {"schema", text}};
+  };
+  json post{{"operationId", id},
+            {"summary", summary},
+            {"description", std::string(summary) + "."},
+            {"tags", json::array({"jobs"})},
+            {"security", json::array()},
+            {"parameters",
+             json::array({header("Hoodoo-Delivery", "The same each time it is sent"),
+                          header("Hoodoo-Event", "inProgress, success or failed"),
+                          header("Hoodoo-Timestamp", "When it was sent, in seconds since 1970"),
+                          header("Hoodoo-Signature", "sha256=HEX: see subscriber")})},
+            {"requestBody", content("application/json", of(schema))},
+            {"responses",
+             {{"2XX", {{"description", "It was taken"}}},
+              {"4XX", {{"description", "As any other answer: it is sent again"}}}}}};
+  post["requestBody"]["required"] = true;
+  return {{"{$request.body#/subscriber/" + member + "}", {{"post", std::move(post)}}}};
+}
+
 json execution() {
   auto post = operation(
       "execute", "Carry out a process",
@@ -159,6 +123,15 @@ json execution() {
                  "Requests of one key are one job, however often they are sent",
                  {{"type", "string"}, {"minLength", 1}, {"maxLength", 255}})});
   post["responses"]["201"]["headers"]["Location"] = {{"schema", text}};
+  auto& responses = post["responses"];
+  responses["403"] = refusal("The key has no space left for results, or not this scope");
+  responses["429"] = refusal("As many jobs of the key wait or run as may");
+  responses["429"]["headers"]["Retry-After"] = {{"schema", text}};
+  responses["507"] = refusal("The disk is nearly full");
+  post["callbacks"] = {
+      {"inProgress", callback("tellProgress", "inProgressUri", "The job has begun", "statusInfo")},
+      {"success", callback("tellSuccess", "successUri", "The job has ended well", "results")},
+      {"failed", callback("tellFailure", "failedUri", "The job has failed", "statusInfo")}};
   post["requestBody"] = content("application/json", of("execute"));
   post["requestBody"]["required"] = true;
   return {{"post", std::move(post)}};
@@ -226,6 +199,11 @@ json asset() {
       {{"201", answer("It is there now", "asset")}, {"204", plain("It was there", {"ETag"})}},
       {name});
   path["put"]["requestBody"] = binary("application/octet-stream");
+  path["put"]["responses"]["403"] = refusal("The key has no space left, or not this scope");
+  path["delete"] = operation(
+      "removeAsset", "Remove an asset of one's own, or with admin any",
+      {{"204", plain("It is gone")}, {"409", refusal("A job that waits or runs needs it")}},
+      {name});
   return path;
 }
 
@@ -379,7 +357,7 @@ json openapi(const std::string& base) {
       {"tags", tag_list()},
       {"paths", with_defaults(paths())},
       {"components",
-       {{"schemas", json::parse(schemas)},
+       {{"schemas", schemas()},
         {"securitySchemes",
          {{"bearer",
            {{"type", "http"},

@@ -1,5 +1,7 @@
 #include "server/http/problem.hpp"
 
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -93,6 +95,15 @@ Response problem(int status, const std::string& detail, const std::vector<Proble
   response.headers = {{"Cache-Control", "no-store"}};
   response.body = body.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   return response;
+}
+
+Response over_quota(std::uint64_t used, std::uint64_t wanted, std::uint64_t most) {
+  auto what = fmt::format("{} bytes are used, the limit of the key is {} bytes", used, most);
+  if (wanted > 0) what = fmt::format("{} more bytes are wanted; ", wanted) + what;
+  if (wanted > most) {
+    return problem(413, "It is larger than all that this key may keep.", {{"", what}});
+  }
+  return problem(403, "The key has no space left; delete jobs or assets.", {{"", what}});
 }
 
 Response not_received(Received how) {

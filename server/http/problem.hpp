@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ int status_of(Fault fault);
 /// `type` is "about:blank" unless given; `problems` become errors[{pointer, detail}].
 Response problem(int status, const std::string& detail, const std::vector<Problem>& problems = {},
                  const std::string& type = "about:blank");
+
+/// Of a request for which its owner has no space left: `used` and `wanted` bytes are more than
+/// `most`.
+Response over_quota(std::uint64_t used, std::uint64_t wanted, std::uint64_t most);
 
 /// Of a request whose body did not come whole.
 Response not_received(Received how);

@@ -87,6 +87,12 @@ Outcome bake(const Commands& commands, const Work& work) {
                       std::to_string(commands.threads),
                       "--memory",
                       std::to_string(commands.memory >> 20)};
+  if (work.bounds.tiles) {
+    arguments.insert(arguments.end(), {"--most-tiles", std::to_string(*work.bounds.tiles)});
+  }
+  if (work.bounds.extent) {
+    arguments.insert(arguments.end(), {"--most-extent", fmt::format("{}", *work.bounds.extent)});
+  }
   add_sources(commands, arguments);
   if (!commands.cache.empty()) {
     arguments.insert(arguments.end(), {"--cache", commands.cache.string()});

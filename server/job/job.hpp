@@ -23,6 +23,26 @@ inline constexpr std::string_view diff_process = "diff-tilesets";
 
 inline constexpr int most_priority = 10;  // and least, negative
 
+/// Where a client wants to hear of its job (OGC API - Processes 1.0, callback): addresses, empty
+/// for none.
+struct Subscriber {
+  std::string success, in_progress, failed;
+  bool empty() const { return success.empty() && in_progress.empty() && failed.empty(); }
+};
+
+/// How large a bake may be; none: as large as it is.
+struct Bounds {
+  std::optional<std::uint64_t> tiles;  // planned
+  std::optional<double> extent;        // largest side of the world [m]
+};
+
+/// What one owner may use; none: as much as there is.
+struct Quota {
+  std::optional<std::uint64_t> jobs;   // waiting and running
+  std::optional<std::uint64_t> bytes;  // on the disk: its jobs that have ended, its assets
+  Bounds bake;                         // each of its bakes
+};
+
 /// What a client asks for.
 struct Request {
   std::string process;
@@ -30,6 +50,8 @@ struct Request {
   int priority = 0;       // the larger the sooner, in [-most_priority, most_priority]
   std::string owner;      // whose it is; empty where nobody has a name
   std::string key;        // two requests of one owner with one key are one; empty: none
+  Subscriber subscriber{};
+  Quota quota{};  // of the owner
 };
 
 /// What a job has made.
@@ -49,7 +71,9 @@ struct Job {
   std::string owner, key;
   std::string fingerprint;  // of the request that `key` came with
   int priority = 0;
-  std::string name;           // of the scene
+  std::string name;  // of the scene
+  Subscriber subscriber;
+  Bounds bounds;
   Time created{}, updated{};  // `updated` grows with every change that can be seen
   std::optional<Time> started, finished;
   Outcome outcome;
@@ -59,6 +83,10 @@ struct Job {
 
 inline bool has_ended(Status status) {
   return status != Status::accepted && status != Status::running;
+}
+
+inline Time now() {
+  return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
 }
 
 /// True for what `Queue` gives as id.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "engine/base/file.hpp"
 #include "engine/base/hash.hpp"
 #include "engine/base/json.hpp"
+#include "server/asset/assets.hpp"
 #include "server/job/state.hpp"
 
 namespace hoodoo::job {
@@ -24,10 +26,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t most_inputs = 64u << 20;  // [bytes]
 constexpr auto removal_patience = std::chrono::seconds(2);
-
-Time now() {
-  return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
-}
 
 /// 128 random bits, so that an id cannot be guessed.
 std::string new_id() {
@@ -63,15 +61,31 @@ void sync_folder(const fs::path& folder) {
   if (!well) throw Error(Fault::io, folder.string(), "cannot be written to disk");
 }
 
-/// What a killed child left beside the files it had finished.
-void remove_leftovers(const fs::path& folder) {
-  std::error_code error;
-  std::vector<fs::path> leftovers;
-  for (fs::recursive_directory_iterator item(folder, error), end; !error && item != end;
-       item.increment(error)) {
-    if (is_leftover(item->path())) leftovers.push_back(item->path());
+/// Of all that makes a request this one.
+std::string fingerprint_of(const Request& request) {
+  auto text =
+      request.process + " " + std::to_string(request.priority) + " " + request.inputs.dump();
+  const auto& [success, in_progress, failed] = request.subscriber;
+  if (!request.subscriber.empty()) text += " " + success + " " + in_progress + " " + failed;
+  return sha256(text).hex();
+}
+
+/// Names of assets anywhere in the texts of `inputs`, and perhaps more.
+std::vector<std::string> assets_named(const nlohmann::json& inputs) {
+  constexpr std::size_t length = 7 + 64;
+  std::vector<std::string> names;
+  if (inputs.is_structured()) {
+    for (const auto& item : inputs) {
+      std::ranges::move(assets_named(item), std::back_inserter(names));
+    }
   }
-  for (const auto& path : leftovers) fs::remove(path, error);
+  if (!inputs.is_string()) return names;
+  const auto& text = inputs.get_ref<const std::string&>();
+  for (auto at = text.find("sha256-"); at != text.npos; at = text.find("sha256-", at + 1)) {
+    const auto name = text.substr(at, length);
+    if (asset::digest_of(name)) names.push_back(name);
+  }
+  return names;
 }
 
 /// A file that is gone with its holder.
@@ -99,6 +113,7 @@ Queue::Queue(Settings settings, Engine engine)
   store_ = std::make_unique<Store>(settings_.data / "jobs.db");
   store_->interrupt_all();
   sweep();
+  if (!settings_.announce) store_->drop_deliveries();
   for (int i = 0; i < settings_.at_once; ++i) {
     workers_.emplace_back([this](const std::stop_token& stop) { work(stop); });
   }
@@ -124,19 +139,6 @@ void Queue::lock_data() {
   }
 }
 
-/// Folders of jobs that were being made or removed when the server was killed.
-void Queue::sweep() {
-  std::vector<fs::path> gone;
-  for (const auto& item : fs::directory_iterator(settings_.data / "jobs")) {
-    const auto id = item.path().filename().string();
-    if (is_id(id) && !store_->find(id)) gone.push_back(item.path());
-  }
-  for (const auto& item : fs::directory_iterator(settings_.data / "checks")) {
-    gone.push_back(item.path());
-  }
-  for (const auto& path : gone) fs::remove_all(path);
-}
-
 std::vector<Problem> Queue::check(const nlohmann::json& scene) const {
   const Scratch file(settings_.data / "checks" / (new_id() + ".json"));
   write_file(file.path, scene.dump());
@@ -149,15 +151,37 @@ Submitted Queue::replay(const Job& first, const std::string& fingerprint) const 
   return {Submitted::Kind::replayed, live == running_.end() ? first : live->second->job};
 }
 
+/// Why no more jobs of this owner are taken. With the mutex held.
+std::optional<Submitted> Queue::refusal(const Request& request) const {
+  using Kind = Submitted::Kind;
+  const auto left = asset::left_on_disk(settings_.data);
+  if (left < settings_.free_space) {
+    throw Error(Fault::io, "",
+                fmt::format("the disk has {} bytes left, and {} are kept free", left,
+                            settings_.free_space));
+  }
+  const auto waiting = store_->count(Status::accepted);
+  if (waiting >= settings_.most_waiting) return Submitted{Kind::queue_full, {}};
+  const auto& quota = request.quota;
+  auto own = store_->count(Status::accepted, request.owner);
+  if (quota.jobs) own += store_->count(Status::running, request.owner);
+  const auto most = quota.jobs.value_or(settings_.most_of_owner);
+  if (own >= most) return Submitted{Kind::owner_full, {}, own, most};
+  if (!quota.bytes) return std::nullopt;
+  const auto bytes = store_->bytes_of(request.owner);
+  if (bytes < *quota.bytes) return std::nullopt;
+  return Submitted{Kind::owner_space, {}, bytes, *quota.bytes};
+}
+
 Submitted Queue::submit(const Request& request) {
   Job job;
   job.process = request.process;
   job.owner = request.owner;
   job.key = request.key;
   job.priority = request.priority;
-  job.fingerprint =
-      sha256(request.process + " " + std::to_string(request.priority) + " " + request.inputs.dump())
-          .hex();
+  job.subscriber = request.subscriber;
+  job.bounds = request.quota.bake;
+  job.fingerprint = fingerprint_of(request);
   if (!job.key.empty()) {
     const std::lock_guard guard(mutex_);
     if (const auto first = store_->find_key(job.owner, job.key)) {
@@ -172,13 +196,9 @@ Submitted Queue::submit(const Request& request) {
   }
   job.id = new_id();
   job.created = job.updated = now();
+  const auto assets = assets_named(request.inputs);
   const std::lock_guard guard(mutex_);
-  if (store_->count(Status::accepted) >= settings_.most_waiting) {
-    return {Submitted::Kind::queue_full, {}};
-  }
-  if (store_->count(Status::accepted, job.owner) >= settings_.most_of_owner) {
-    return {Submitted::Kind::owner_full, {}};
-  }
+  if (auto refused = refusal(request)) return std::move(*refused);
   const auto home = folder(job.id);
   try {
     if (is_bake(request)) {
@@ -188,7 +208,7 @@ Submitted Queue::submit(const Request& request) {
     }
     sync_folder(home);
     sync_folder(home.parent_path());
-    if (!store_->insert(job)) {  // the same key came at the same time
+    if (!store_->insert(job, assets)) {  // the same key came at the same time
       fs::remove_all(home);
       return replay(store_->find_key(job.owner, job.key).value(), job.fingerprint);
     }
@@ -261,30 +281,10 @@ fs::path Queue::results(std::string_view id) const { return folder(id) / "out"; 
 void Queue::work(const std::stop_token& stop) {
   while (const auto entry = next(stop)) {
     run(*entry, stop);
-    remove_leftovers(folder(entry->job.id));
+    count_bytes(entry->job.id);
     const std::lock_guard guard(mutex_);
     running_.erase(entry->job.id);
     left_.notify_all();
-  }
-}
-
-/// Dismisses jobs some time after they have ended, a few at a time, until the queue stops.
-void Queue::remove_old(const std::stop_token& stop) {
-  const auto pause = std::clamp<std::chrono::seconds>(settings_.keep / 10, std::chrono::seconds(1),
-                                                      std::chrono::minutes(1));
-  std::mutex mutex;
-  std::unique_lock lock(mutex);
-  std::condition_variable_any stopped;
-  while (!stop.stop_requested()) {
-    Filter old;
-    old.limit = 100;
-    old.ended_by = now() - settings_.keep;
-    try {
-      for (const auto& job : list(old)) dismiss(job.id);
-    } catch (const Error& error) {
-      fmt::print(stderr, "hoodoo: {}\n", error.what());
-    }
-    stopped.wait_for(lock, stop, pause, [] { return false; });
   }
 }
 
@@ -323,7 +323,8 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
     end(entry.job, Status::failed);
   };
   try {
-    Work work{entry.job.process, folder(entry.job.id), {}, entry.stop.get_token(), {}};
+    Work work{entry.job.process, folder(entry.job.id),   {},
+              entry.job.bounds,  entry.stop.get_token(), {}};
     if (work.process != bake_process) {
       work.inputs = parse_json(read_file(work.folder / "inputs.json", most_inputs), "inputs.json");
     }
@@ -353,13 +354,36 @@ bool Queue::end(Job& job, Status status) {
   return save(job);
 }
 
+/// What the subscriber of a job is owed for its new status.
+std::optional<Delivery> Queue::delivery_of(const Job& job) const {
+  const auto& [success, in_progress, failed] = job.subscriber;
+  Delivery owed;
+  owed.job = job.id;
+  owed.due = job.updated;
+  if (job.status == Status::running) {
+    owed.event = Event::in_progress;
+    owed.uri = in_progress;
+  } else if (job.status == Status::successful) {
+    owed.event = Event::success;
+    owed.uri = success;
+  } else if (job.status == Status::failed) {
+    owed.event = Event::failed;
+    owed.uri = failed;
+  }
+  if (owed.uri.empty()) return std::nullopt;
+  owed.body = settings_.announce(job, results(job.id));
+  return owed;
+}
+
 /// A state that cannot be written is the old one after a restart; the job is then carried out
 /// again from what it has finished.
 bool Queue::save(const Job& job) {
   try {
-    store_->update(job);
+    const auto owed = settings_.announce ? delivery_of(job) : std::nullopt;
+    store_->update(job, owed);
+    if (owed) owed_.notify_all();
     return true;
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     fmt::print(stderr, "hoodoo: {}\n", error.what());
     return false;
   }

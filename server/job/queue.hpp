@@ -24,6 +24,7 @@ struct Work {
   std::string process;
   std::filesystem::path folder;  // scene.json of a bake; results go to out/
   nlohmann::json inputs;         // of every other process
+  Bounds bounds;                 // of a bake
   std::stop_token stop;
   std::function<void(const bake::Progress&)> progress;
 };
@@ -43,12 +44,30 @@ struct Settings {
   std::size_t most_of_owner = 50;  // and of one
   /// How long a job that has ended is kept with its results; 0: until it is dismissed.
   std::chrono::seconds keep{0};
+  std::uint64_t free_space = 0;  // [bytes] no jobs are taken when the disk has less left
+  /// What a subscriber is told of a job that has just come to its status. Without it nobody is told
+  /// anything, and what an earlier queue owed is dropped. May not ask the queue.
+  std::function<std::string(const Job&, const std::filesystem::path& results)> announce;
 };
 
 /// What became of a request.
 struct Submitted {
-  enum class Kind { taken, replayed, queue_full, owner_full, key_reused } kind = Kind::taken;
+  enum class Kind {
+    taken,
+    replayed,
+    queue_full,
+    owner_full,   // the owner has `used` jobs of `most`
+    owner_space,  // and so many bytes
+    key_reused
+  } kind = Kind::taken;
   Job job;  // of the first two
+  std::uint64_t used = 0, most = 0;
+};
+
+/// What became of the callbacks that were owed, since the queue was made.
+struct Told {
+  std::size_t pending = 0;  // now
+  std::uint64_t delivered = 0, failed_tries = 0, given_up = 0;
 };
 
 /// Jobs in the order of their priority, then as they came, carried out by threads of the queue.
@@ -68,7 +87,8 @@ class Queue {
 
   /// Takes a request whose scene has no problems. A key that its owner used before gives the job
   /// it was used for, as long as that is kept.
-  /// Errors: bad_input with every problem and its pointer into the scene; limit, io.
+  /// Errors: bad_input with every problem and its pointer into the scene; limit; io, also when the
+  /// disk is nearly full.
   Submitted submit(const Request& request);
 
   std::optional<Job> find(std::string_view id) const;
@@ -87,6 +107,24 @@ class Queue {
   /// All problems of a scene. Errors: limit, io.
   std::vector<Problem> check(const nlohmann::json& scene) const;
 
+  /// Waits for the callback that is due first; none when `stop` is requested. Errors: io.
+  std::optional<Delivery> next_delivery(const std::stop_token& stop);
+  /// A try of that is over. It is tried again after a pause, the longer the more often it was, and
+  /// given up after `most_tries`, or at once when it `may_not` be made.
+  enum class Try { taken, failed, may_not };
+  void tried(const Delivery& delivery, Try how, std::chrono::milliseconds first_pause);
+  Told told() const;
+
+  /// What an owner's jobs that have ended and its assets take on the disk [bytes].
+  std::uint64_t bytes_of(std::string_view owner) const;
+  /// Notes whose an asset is that has arrived.
+  void add_asset(const std::string& name, const std::string& owner, std::uint64_t bytes);
+  std::optional<std::string> owner_of(std::string_view asset) const;
+  /// Calls `remove` unless a job that waits or runs names the asset, or one did after `since`, or
+  /// it came after that. Whether it did.
+  bool release(std::string_view asset, std::optional<Time> since,
+               const std::function<void()>& remove);
+
  private:
   struct Entry;
 
@@ -95,10 +133,14 @@ class Queue {
   Submitted replay(const Job& first, const std::string& fingerprint) const;
   void work(const std::stop_token& stop);
   void remove_old(const std::stop_token& stop);
+  void sweep_assets();
+  void count_bytes(std::string_view id);
+  std::optional<Submitted> refusal(const Request& request) const;
   std::shared_ptr<Entry> next(const std::stop_token& stop);
   void run(Entry& entry, const std::stop_token& stop);
   bool end(Job& job, Status status);
   bool save(const Job& job);
+  std::optional<Delivery> delivery_of(const Job& job) const;
   std::filesystem::path folder(std::string_view id) const;
 
   const Settings settings_;
@@ -106,6 +148,8 @@ class Queue {
   std::shared_ptr<const int> lock_;  // descriptor that keeps other processes away
   mutable std::mutex mutex_;         // guards all below
   std::condition_variable_any changed_, left_;
+  std::condition_variable_any owed_;
+  Told told_;
   std::unique_ptr<Store> store_;
   std::map<std::string, std::shared_ptr<Entry>, std::less<>> running_;  // and what they become
   std::vector<std::jthread> workers_;  // and who removes old jobs; last: the first to go

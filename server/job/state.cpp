@@ -24,6 +24,9 @@ constexpr std::array<std::pair<Fault, std::string_view>, 6> faults{{{Fault::bad_
                                                                     {Fault::io, "io"},
                                                                     {Fault::internal, "internal"}}};
 
+constexpr std::array<std::pair<Event, std::string_view>, 3> events{
+    {{Event::in_progress, "inProgress"}, {Event::success, "success"}, {Event::failed, "failed"}}};
+
 using Phase = bake::Progress::Phase;
 constexpr std::array<std::pair<Phase, std::string_view>, 4> phases{{{Phase::ingest, "ingest"},
                                                                     {Phase::tiles, "tiles"},
@@ -45,7 +48,21 @@ auto value_of(const Table& table, std::string_view name) {
   throw Error(Fault::bad_input, "", "\"" + std::string(name) + "\" is no known word");
 }
 
+json to_json(const Subscriber& subscriber) {
+  return {{"success", subscriber.success},
+          {"in_progress", subscriber.in_progress},
+          {"failed", subscriber.failed}};
+}
+
 void read_into(const json& value, Job& job) {
+  if (value.contains("subscriber")) {
+    const auto& subscriber = value["subscriber"];
+    subscriber.at("success").get_to(job.subscriber.success);
+    subscriber.at("in_progress").get_to(job.subscriber.in_progress);
+    subscriber.at("failed").get_to(job.subscriber.failed);
+  }
+  if (value.contains("most_tiles")) job.bounds.tiles = value["most_tiles"].get<std::uint64_t>();
+  if (value.contains("most_extent")) job.bounds.extent = value["most_extent"].get<double>();
   auto& outcome = job.outcome;
   value.at("warnings").get_to(outcome.warnings);
   value.at("complete").get_to(outcome.complete);
@@ -60,6 +77,8 @@ void read_into(const json& value, Job& job) {
 
 }  // namespace
 
+std::string name_of(Event event) { return word_of(events, event); }
+Event event_of(std::string_view name) { return value_of(events, name); }
 std::string name_of(Status status) { return word_of(statuses, status); }
 std::string name_of(Fault fault) { return word_of(faults, fault); }
 Status status_of(std::string_view name) { return value_of(statuses, name); }
@@ -104,6 +123,9 @@ std::string to_text(const Job& job) {
              {"report", job.outcome.report},
              {"problems", problems}};
   if (job.fault) value["fault"] = name_of(*job.fault);
+  if (!job.subscriber.empty()) value["subscriber"] = to_json(job.subscriber);
+  if (job.bounds.tiles) value["most_tiles"] = *job.bounds.tiles;
+  if (job.bounds.extent) value["most_extent"] = *job.bounds.extent;
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
@@ -111,6 +133,8 @@ void read_text(std::string_view text, Job& job) {
   job.outcome = {};
   job.fault.reset();
   job.problems.clear();
+  job.subscriber = {};
+  job.bounds = {};
   try {
     read_into(parse_json(text, "the state of a job"), job);
   } catch (const std::exception&) {

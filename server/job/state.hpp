@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/job/delivery.hpp"
 #include "server/job/job.hpp"
 
 /// Jobs as text.
@@ -10,16 +11,18 @@ namespace hoodoo::job {
 
 std::string name_of(Status status);
 std::string name_of(Fault fault);
+std::string name_of(Event event);
 /// Errors: bad_input.
 Status status_of(std::string_view name);
 Fault fault_of(std::string_view name);
+Event event_of(std::string_view name);
 
 /// One line of what `hoodoo bake --progress json` tells.
 nlohmann::json to_json(const bake::Progress& progress);
 /// Errors: bad_input.
 bake::Progress progress_from(const nlohmann::json& value);
 
-/// What of a job nobody looks for: its outcome, and why it failed.
+/// What of a job nobody looks for: its outcome, why it failed, who is told, how large it may be.
 std::string to_text(const Job& job);
 
 /// Puts that back. A damaged text makes a failed job that says so, so that one bad row costs one

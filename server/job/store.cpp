@@ -1,17 +1,17 @@
 #include "server/job/store.hpp"
 
 #include <fmt/core.h>
-#include <sqlite3.h>
 
 #include <utility>
 
 #include "engine/base/error.hpp"
+#include "server/job/database.hpp"
 #include "server/job/state.hpp"
 
 namespace hoodoo::job {
 namespace {
 
-constexpr int schema_version = 1;
+constexpr int schema_version = 2;
 
 /// `key` is null where a request had none, so that the index does not compare it.
 constexpr const char* schema = R"(
@@ -33,109 +33,41 @@ CREATE TABLE jobs (
 );
 CREATE UNIQUE INDEX jobs_by_key ON jobs (owner, key);
 CREATE INDEX jobs_by_turn ON jobs (status, priority DESC, serial);
-PRAGMA user_version = 1;
+)";
+
+/// What version 2 adds. `bytes` of a job is null until they have been counted; `due` of a delivery
+/// is null once it is settled.
+constexpr const char* schema_2 = R"(
+ALTER TABLE jobs ADD COLUMN bytes INTEGER;
+CREATE TABLE deliveries (
+  serial INTEGER PRIMARY KEY AUTOINCREMENT,
+  job TEXT NOT NULL,
+  event TEXT NOT NULL,
+  uri TEXT NOT NULL,
+  body TEXT NOT NULL,
+  tries INTEGER NOT NULL,
+  due INTEGER,
+  UNIQUE (job, event)
+);
+CREATE INDEX deliveries_by_turn ON deliveries (due, serial);
+CREATE TABLE uses (
+  job TEXT NOT NULL,
+  asset TEXT NOT NULL,
+  PRIMARY KEY (job, asset)
+);
+CREATE INDEX uses_by_asset ON uses (asset);
+CREATE TABLE assets (
+  name TEXT PRIMARY KEY,
+  owner TEXT NOT NULL,
+  bytes INTEGER NOT NULL,
+  used INTEGER NOT NULL
+);
+PRAGMA user_version = 2;
 )";
 
 constexpr const char* columns =
     "serial, id, status, process, owner, key, fingerprint, priority, name, created, updated, "
     "started, finished, state";
-
-std::int64_t milliseconds(Time time) { return time.time_since_epoch().count(); }
-std::optional<std::int64_t> milliseconds(std::optional<Time> time) {
-  if (!time) return std::nullopt;
-  return milliseconds(*time);
-}
-
-}  // namespace
-
-struct Store::Database {
-  std::string name;
-  sqlite3* handle = nullptr;
-
-  explicit Database(const std::filesystem::path& file) : name(file.string()) {
-    const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
-    if (sqlite3_open_v2(name.c_str(), &handle, flags, nullptr) != SQLITE_OK) {
-      const std::string why = handle != nullptr ? sqlite3_errmsg(handle) : "out of memory";
-      sqlite3_close(handle);
-      throw Error(Fault::io, name, why);
-    }
-  }
-  ~Database() { sqlite3_close(handle); }
-  Database(const Database&) = delete;
-  Database& operator=(const Database&) = delete;
-
-  [[noreturn]] void fail() const { throw Error(Fault::io, name, sqlite3_errmsg(handle)); }
-  void execute(const char* sql) const {
-    if (sqlite3_exec(handle, sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail();
-  }
-};
-
-namespace {
-
-/// One prepared statement with its values.
-class Statement {
- public:
-  Statement(sqlite3* database, const std::string& sql) : database_(database) {
-    if (sqlite3_prepare_v2(database, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) fail();
-  }
-  ~Statement() { sqlite3_finalize(statement_); }
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
-
-  Statement& bind(std::string_view text) {
-    check(sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_TRANSIENT,
-                              SQLITE_UTF8));
-    return *this;
-  }
-  Statement& bind(std::int64_t value) {
-    check(sqlite3_bind_int64(statement_, ++bound_, value));
-    return *this;
-  }
-  Statement& bind(std::optional<std::int64_t> value) {
-    if (value) return bind(*value);
-    check(sqlite3_bind_null(statement_, ++bound_));
-    return *this;
-  }
-  Statement& bind_key(const std::string& key) {
-    if (!key.empty()) return bind(std::string_view(key));
-    return bind(std::optional<std::int64_t>());
-  }
-
-  /// True while there is a row.
-  bool step() {
-    const int code = sqlite3_step(statement_);
-    if (code != SQLITE_ROW && code != SQLITE_DONE) fail();
-    return code == SQLITE_ROW;
-  }
-  /// False when the row is there already.
-  bool insert() {
-    const int code = sqlite3_step(statement_);
-    if (code == SQLITE_CONSTRAINT) return false;
-    if (code != SQLITE_DONE) fail();
-    return true;
-  }
-
-  std::int64_t number(int column) const { return sqlite3_column_int64(statement_, column); }
-  std::optional<Time> time(int column) const {
-    if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::nullopt;
-    return Time(std::chrono::milliseconds(number(column)));
-  }
-  std::string text(int column) const {
-    const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
-    const auto length = static_cast<std::size_t>(sqlite3_column_bytes(statement_, column));
-    return bytes == nullptr ? std::string() : std::string(bytes, length);
-  }
-
- private:
-  void check(int code) const {
-    if (code != SQLITE_OK) fail();
-  }
-  [[noreturn]] void fail() const { throw Error(Fault::io, "jobs", sqlite3_errmsg(database_)); }
-
-  sqlite3* database_;
-  sqlite3_stmt* statement_ = nullptr;
-  int bound_ = 0;
-};
 
 /// The job of a row of `columns`.
 Job job_of(const Statement& row) {
@@ -185,6 +117,9 @@ std::string where_of(const Filter& filter) {
   if (filter.shortest) sql += " AND coalesce(finished, ?) - started >= ?";
   if (filter.longest) sql += " AND coalesce(finished, ?) - started <= ?";
   if (filter.ended_by) sql += " AND finished <= ?";
+  if (filter.told) {
+    sql += " AND NOT EXISTS (SELECT 1 FROM deliveries WHERE job = jobs.id AND due IS NOT NULL)";
+  }
   return sql;
 }
 
@@ -204,14 +139,19 @@ void bind(Statement& statement, const Filter& filter, Time now) {
 
 Store::Store(const std::filesystem::path& file) : database_(std::make_unique<Database>(file)) {
   database_->execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;");
-  Statement version(database_->handle, "PRAGMA user_version");
-  version.step();
-  if (version.number(0) == 0) {
-    database_->execute(fmt::format("BEGIN; {} COMMIT;", schema).c_str());
-  } else if (version.number(0) != schema_version) {
+  const auto version = [this] {
+    Statement row(*database_, "PRAGMA user_version");
+    row.step();
+    return row.number(0);
+  }();
+  if (version < 0 || version > schema_version) {
     throw Error(Fault::io, file.string(), "was written by another release");
   }
-  Statement sound(database_->handle, "PRAGMA quick_check(1)");
+  Transaction transaction(*database_);
+  if (version < 1) database_->execute(schema);
+  if (version < 2) database_->execute(schema_2);
+  transaction.commit();
+  Statement sound(*database_, "PRAGMA quick_check(1)");
   if (!sound.step() || sound.text(0) != "ok") {
     throw Error(Fault::io, file.string(), "is damaged: " + sound.text(0));
   }
@@ -219,8 +159,9 @@ Store::Store(const std::filesystem::path& file) : database_(std::make_unique<Dat
 
 Store::~Store() = default;
 
-bool Store::insert(Job& job) {
-  Statement row(database_->handle,
+bool Store::insert(Job& job, const std::vector<std::string>& assets) {
+  Transaction transaction(*database_);
+  Statement row(*database_,
                 "INSERT INTO jobs (id, status, process, owner, key, fingerprint, priority, name, "
                 "created, updated, started, finished, state) VALUES " +
                     marks(13));
@@ -230,19 +171,36 @@ bool Store::insert(Job& job) {
   row.bind(milliseconds(job.started)).bind(milliseconds(job.finished)).bind(to_text(job));
   if (!row.insert()) return false;
   job.serial = static_cast<std::uint64_t>(sqlite3_last_insert_rowid(database_->handle));
+  for (const auto& asset : assets) {
+    Statement(*database_, "INSERT OR IGNORE INTO uses VALUES (?, ?)")
+        .bind(job.id)
+        .bind(asset)
+        .step();
+  }
+  transaction.commit();
   return true;
 }
 
-void Store::update(const Job& job) {
-  Statement row(database_->handle,
+void Store::update(const Job& job, const std::optional<Delivery>& owed) {
+  Transaction transaction(*database_);
+  Statement row(*database_,
                 "UPDATE jobs SET status = ?, updated = ?, started = ?, finished = ?, state = ? "
                 "WHERE id = ?");
   row.bind(name_of(job.status)).bind(milliseconds(job.updated)).bind(milliseconds(job.started));
   row.bind(milliseconds(job.finished)).bind(to_text(job)).bind(job.id).step();
+  if (owed) add(*owed);
+  if (job.status == Status::dismissed) drop_deliveries(job.id);
+  if (has_ended(job.status)) note_use(job.id, job.updated);
+  transaction.commit();
 }
 
 void Store::remove(std::string_view id) {
-  Statement(database_->handle, "DELETE FROM jobs WHERE id = ?").bind(id).step();
+  Transaction transaction(*database_);
+  for (const auto* sql : {"DELETE FROM jobs WHERE id = ?", "DELETE FROM deliveries WHERE job = ?",
+                          "DELETE FROM uses WHERE job = ?"}) {
+    Statement(*database_, sql).bind(id).step();
+  }
+  transaction.commit();
 }
 
 void Store::interrupt_all() {
@@ -250,27 +208,26 @@ void Store::interrupt_all() {
 }
 
 std::optional<Job> Store::find(std::string_view id) const {
-  Statement rows(database_->handle, fmt::format("SELECT {} FROM jobs WHERE id = ?", columns));
+  Statement rows(*database_, fmt::format("SELECT {} FROM jobs WHERE id = ?", columns));
   return first_of(rows.bind(id));
 }
 
 std::optional<Job> Store::find_key(std::string_view owner, std::string_view key) const {
-  Statement rows(database_->handle,
+  Statement rows(*database_,
                  fmt::format("SELECT {} FROM jobs WHERE owner = ? AND key = ?", columns));
   return first_of(rows.bind(owner).bind(key));
 }
 
 std::optional<Job> Store::first_waiting() const {
-  Statement rows(database_->handle, fmt::format("SELECT {} FROM jobs WHERE status = 'accepted' "
-                                                "ORDER BY priority DESC, serial LIMIT 1",
-                                                columns));
+  Statement rows(*database_, fmt::format("SELECT {} FROM jobs WHERE status = 'accepted' "
+                                         "ORDER BY priority DESC, serial LIMIT 1",
+                                         columns));
   return first_of(rows);
 }
 
 std::vector<Job> Store::list(const Filter& filter, Time now) const {
-  Statement rows(
-      database_->handle,
-      fmt::format("SELECT {} FROM jobs{} ORDER BY serial DESC LIMIT ?", columns, where_of(filter)));
+  Statement rows(*database_, fmt::format("SELECT {} FROM jobs{} ORDER BY serial DESC LIMIT ?",
+                                         columns, where_of(filter)));
   bind(rows, filter, now);
   rows.bind(static_cast<std::int64_t>(filter.limit));
   std::vector<Job> jobs;
@@ -279,8 +236,8 @@ std::vector<Job> Store::list(const Filter& filter, Time now) const {
 }
 
 std::size_t Store::count(Status status, std::optional<std::string_view> owner) const {
-  Statement rows(database_->handle, std::string("SELECT count(*) FROM jobs WHERE status = ?") +
-                                        (owner ? " AND owner = ?" : ""));
+  Statement rows(*database_, std::string("SELECT count(*) FROM jobs WHERE status = ?") +
+                                 (owner ? " AND owner = ?" : ""));
   rows.bind(name_of(status));
   if (owner) rows.bind(*owner);
   rows.step();

@@ -1,5 +1,6 @@
 #include "tiling/bake/bake.hpp"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for_each.h>
 #include <tbb/task_arena.h>
 
@@ -102,12 +103,18 @@ class Run {
     };
     open.ingested = [&] { ingested = Clock::now(); };
     scene_ = scene::open(scene, sources, open);
+    check_extent();
     opening_ = (checked - from) + (Clock::now() - ingested);
     earth_ = dem::earth_of(scene_.frame);
   }
 
   void plan() {
     auto plan = plan::make(scene_);
+    if (settings_.most_tiles && plan.tiles.size() > *settings_.most_tiles) {
+      throw Error(Fault::limit, "/bake/spacing",
+                  fmt::format("{} m gives {} tiles, the limit is {}", scene_.spacing,
+                              plan.tiles.size(), *settings_.most_tiles));
+    }
     index_.engine = slice::engine_version();
     index_.scene_name = scene_.name;
     index_.scene = digest_of(scene_);
@@ -178,6 +185,14 @@ class Run {
   }
 
  private:
+  void check_extent() const {
+    const auto& [least, most] = scene_.extent;
+    const double side = std::max(most.x - least.x, most.y - least.y);
+    if (!settings_.most_extent || side <= *settings_.most_extent) return;
+    throw Error(Fault::limit, "/bake/extent",
+                fmt::format("the longest side of the world is {} m, the limit is {} m", side,
+                            *settings_.most_extent));
+  }
   void choose_part() {
     auto& tiles = index_.tiles;
     if (settings_.shard) {

@@ -31,6 +31,8 @@ struct Settings {
   std::optional<plan::Key> only;                 // bake this tile alone,
   std::optional<plan::Shard> shard;              // or this part of the plan alone
   bool plan_only = false;                        // ingest and plan, and bake nothing
+  std::optional<std::uint64_t> most_tiles;       // a plan of more is a limit
+  std::optional<double> most_extent;             // and so is a longer side of the world [m]
   bool stats = false;                            // measure the scene, too
   bool force = false;                            // bake tiles again that are finished
   /// Finished tiles of any bakes, shared with others; empty: none. See store::Cache.

@@ -71,6 +71,22 @@ TEST_F(AssetFolder, GivesNoMoreSpaceThanThereIs) {
   std::filesystem::remove(assets.file(sha256(std::string(40, 'a'))));
   EXPECT_NE(assets.reserve(100), nullptr) << "what was removed by hand leaves its space";
 }
+TEST_F(AssetFolder, ListsAndRemoves) {
+  const auto digest = sha256("abc");
+  put("abc", digest);
+  temporary.write("assets/notes.txt", "no asset");
+  ASSERT_EQ(assets.list().size(), 1U);
+  EXPECT_EQ(assets.list().front(), asset::name_of(digest));
+  assets.remove(digest);
+  EXPECT_FALSE(assets.holds(digest));
+  assets.remove(digest);  // it may be gone by then
+}
+TEST_F(AssetFolder, LeavesTheDiskSomeRoom) {
+  const auto left = asset::left_on_disk(temporary.path);
+  ASSERT_GT(left, 100U << 20);
+  Assets careful(temporary.path, 100, left + (std::uint64_t{1} << 40));
+  EXPECT_EQ(fault_of([&] { careful.reserve(1); }), Fault::io);
+}
 TEST_F(AssetFolder, RemovesWhatAKilledServerLeft) {
   temporary.write("uploads/a.part", "abc");
   temporary.write("uploads/b.data", "abc");

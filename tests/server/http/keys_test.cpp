@@ -70,6 +70,22 @@ TEST_F(KeysFile, TakesANewKeyForAnOldOne) {
   EXPECT_TRUE(keys.find("Bearer " + now)->may(Scope::read));
 }
 
+TEST_F(KeysFile, KeepsWhatAKeyMayUse) {
+  job::Quota quota;
+  quota.jobs = 3;
+  quota.bytes = 1U << 20;
+  quota.bake = {500, 1234.5};
+  const auto small = Keys::add(file, "small", {Scope::submit}, quota);
+  const auto free = Keys::add(file, "free", {Scope::submit});
+  const auto keys = Keys::read(file);
+  const auto& read = keys.find("Bearer " + small)->quota;
+  EXPECT_EQ(read.jobs, 3U);
+  EXPECT_EQ(read.bytes, 1U << 20);
+  EXPECT_EQ(read.bake.tiles, 500U);
+  EXPECT_EQ(read.bake.extent, 1234.5);
+  EXPECT_FALSE(keys.find("Bearer " + free)->quota.jobs);
+}
+
 TEST_F(KeysFile, NamesWhatIsWrong) {
   const std::string digest(64, 'a');
   const auto one = [&](const std::string& entry) { return R"({"keys": [)" + entry + "]}"; };
@@ -87,6 +103,12 @@ TEST_F(KeysFile, NamesWhatIsWrong) {
   EXPECT_NE(refusal(one(R"({"name": "a", "sha256": ")" + digest + R"(", "scope": ["read"]})"))
                 .find("#/keys/0/scope"),
             std::string::npos);
+  for (const std::string most : {"jobs", "bytes", "tiles", "extent", "files"}) {
+    EXPECT_NE(refusal(one(R"({"name": "a", "sha256": ")" + digest +
+                          R"(", "scopes": ["read"], "most": {")" + most + R"(": 0}})"))
+                  .find("#/keys/0/most/" + most),
+              std::string::npos);
+  }
   EXPECT_THROW(Keys::add(file, "../x", {Scope::read}), Error);
 }
 
