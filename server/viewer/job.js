@@ -35,7 +35,8 @@ export class Job extends EventDispatcher {
       if (info.links.some(({ rel }) => rel === 'preview')) await this.#look();
       return Hoodoo.hasEnded(info);
     } catch (error) {
-      if (!(error instanceof Problem)) return false; // the server is away; it may come back
+      const away = !(error instanceof Problem) || error.status >= 500; // it may come back
+      if (away) return false;
       this.dispatchEvent({ type: 'missing' });
       return true;
     }
