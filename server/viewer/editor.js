@@ -11,7 +11,7 @@ const INK = '#eef2f5', SOFT = '#a9b6c0', ACCENT = '#f0a35e', PANEL = '#1a2229';
 
 const theme = EditorView.theme({
   '&': { height: '100%', color: INK, backgroundColor: PANEL, fontSize: '13px' },
-  '&.cm-focused': { outline: `2px solid ${ACCENT}`, outlineOffset: '-2px' },
+  '&.cm-focused': { outline: 'none' },  // the host has one
   '.cm-scroller': { fontFamily: 'ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace', lineHeight: '1.5' },
   '.cm-content': { caretColor: ACCENT },
   '.cm-cursor': { borderLeftColor: ACCENT },
@@ -22,6 +22,8 @@ const theme = EditorView.theme({
   '.cm-foldPlaceholder': { backgroundColor: 'transparent', border: 'none', color: SOFT },
   '.cm-tooltip': { backgroundColor: '#2a343d', color: INK, border: '1px solid rgb(255 255 255 / 15%)', borderRadius: '6px' },
   '.cm-diagnostic-error': { borderLeftColor: '#ff8d7a' },
+  // In place of pictures from data: addresses, which the policy of the page refuses.
+  '.cm-lint-marker-error': { content: '""', backgroundColor: '#ff8d7a', borderRadius: '50%', transform: 'scale(.7)' },
   '.cm-lintRange-error': { textDecoration: 'underline wavy #ff8d7a', textUnderlineOffset: '3px', backgroundImage: 'none' },
 }, { dark: true });
 
@@ -41,7 +43,7 @@ export class Editor {
       lineNumbers(), foldGutter(), lintGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), codeFolding(),
       highlightActiveLine(), highlightActiveLineGutter(), json(), syntaxHighlighting(colours), theme, changes,
       EditorView.lineWrapping,
-      EditorView.contentAttributes.of({ 'aria-label': 'Scene, JSON', 'aria-describedby': 'editor-help' }),
+      EditorView.contentAttributes.of({ tabindex: '0', 'aria-label': 'Scene, JSON', 'aria-describedby': 'editor-help' }),
       // Without Tab, which goes on to what follows.
       keymap.of([...defaultKeymap, ...historyKeymap, ...foldKeymap, ...lintKeymap]),
     ];

@@ -12,7 +12,7 @@ const SMALLEST = '{\n  "hoodoo": 1,\n  "name": "New terrain",\n  "terrains": [\n
 const element = (id) => document.getElementById(id);
 const make = (tag, properties = {}) => Object.assign(document.createElement(tag), properties);
 
-let timer = 0, checking = new AbortController(), following = new AbortController();
+let timer = 0, noJson = false, checking = new AbortController(), following = new AbortController();
 const editor = new Editor(element('editor'), changed);
 const drops = new DropZone(assetReady);
 
@@ -23,10 +23,12 @@ function changed() {
   clearTimeout(timer);
   checking.abort();
   const error = syntaxError(editor.state);
-  if (error) return showMarks([error]);
+  if (error) showMarks([error]);
+  else if (noJson) showMarks([]);
+  noJson = error !== null;
+  if (error) return;
   showTerrains();
-  element('verdict').textContent = 'Checking.';
-  element('verdict').dataset.kind = '';
+  showVerdict('Checking.', '');
   timer = setTimeout(check, CHECK_MS);
 }
 
