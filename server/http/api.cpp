@@ -133,6 +133,7 @@ const std::vector<Api::Route>& Api::routes() {
       {"GET", "jobs/*/events", &Api::events},
       {"GET", "jobs/*/files/*", &Api::result_file},
       {"GET", "jobs/*/tiles/**", &Api::tile},
+      {"GET", "assets", &Api::asset_list, Scope::read},
       {"GET", "assets/*", &Api::asset, Scope::read},
       {"PUT", "assets/*", &Api::put_asset, Scope::submit},
       {"POST", "uploads", &Api::create_upload, Scope::submit},

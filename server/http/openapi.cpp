@@ -80,6 +80,8 @@ constexpr const char* schemas = R"({
 "asset": {"type": "object", "required": ["id", "href", "bytes"], "properties": {
   "id": {"type": "string", "pattern": "^sha256-[0-9a-f]{64}$"}, "href": {"type": "string", "format": "uri"},
   "bytes": {"type": "integer", "minimum": 0}}},
+"assets": {"type": "object", "required": ["assets"], "properties": {
+  "assets": {"type": "array", "items": {"$ref": "#/components/schemas/asset"}}}},
 "health": {"type": "object", "required": ["status"], "properties": {"status": {"type": "string"}}}
 })";
 
@@ -216,6 +218,13 @@ json binary(const char* type) {
   return body;
 }
 
+json assets() {
+  auto names = parameter("id", "query", "Names of assets, sha256-HEX",
+                         {{"type", "array"}, {"items", text}, {"minItems", 1}, {"maxItems", 100}});
+  names["required"] = true;
+  return get("getAssets", "Which of some assets are there", "assets", {std::move(names)});
+}
+
 json asset() {
   const auto name = path_parameter("asset", "sha256- and the digest as 64 hexadecimal digits");
   auto path = file("getAsset", "What was put there", {name});
@@ -322,6 +331,7 @@ json paths() {
       {"/jobs/{jobID}/files/{name}", file("getFile", "A file that a job has made", {job, name})},
       {"/jobs/{jobID}/tiles/{name}",
        file("getTile", "A file of a job's tileset, while it runs, too", {job, name})},
+      {"/assets", with_key(assets())},
       {"/assets/{asset}", with_key(asset())},
       {"/uploads", uploads()},
       {"/uploads/{uploadID}", with_key(one_upload())},

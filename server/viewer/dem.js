@@ -13,7 +13,7 @@ async function isTiff(file) {
   return KINDS.includes([...start].map((byte) => byte.toString(16).padStart(2, '0')).join(''));
 }
 
-/** Fetched files, and what browsers drop where no storage is allowed. */
+// Where the browser allows no storage, an upload does not outlive the page.
 function storage() {
   try {
     return localStorage;
@@ -23,7 +23,7 @@ function storage() {
 }
 
 export class DropZone {
-  /** `onReady(name, file)` is called with sha256-HEX as soon as the service has a file. */
+  // `onReady(name, file)` is called with sha256-HEX as soon as the service has a file.
   constructor(onReady) {
     this.onReady = onReady;
     this.stopped = new AbortController();
@@ -47,7 +47,7 @@ export class DropZone {
     element('upload-stop').addEventListener('click', () => this.stopped.abort());
   }
 
-  /** Shows and sends a file; gives its name, or null where that failed or was given up. */
+  // Shows and sends a file; gives its name, or null where that failed or was given up.
   async take(file) {
     this.stopped.abort();
     const stopped = this.stopped = new AbortController();
@@ -83,7 +83,7 @@ export class DropZone {
     element('upload-progress').value = done / Math.max(total, 1);
   }
 
-  /** Its digest; shows its picture on the way. Errors: of the file, the signal's reason. */
+  // Its digest; shows its picture on the way. Errors: of the file, the signal's reason.
   #read(file, signal) {
     const worker = new Worker(new URL('dem_worker.js', import.meta.url), { type: 'module' });
     return new Promise((resolve, reject) => {

@@ -35,7 +35,7 @@ const colours = HighlightStyle.define([
 ]);
 
 export class Editor {
-  /** In `host`, an element; `onChange` is called after each change of the text. */
+  // In `host`, an element; `onChange` is called after each change of the text.
   constructor(host, onChange) {
     const root = host.attachShadow({ mode: 'open' });
     const changes = EditorView.updateListener.of((update) => { if (update.docChanged) onChange(); });
@@ -59,7 +59,7 @@ export class Editor {
     this.view.dispatch({ changes: { from: 0, to: this.state.doc.length, insert: text } });
   }
 
-  /** Marks places, [{from, to, message}], and no others. */
+  // Marks places, [{from, to, message}], and no others.
   mark(marks) {
     const diagnostics = marks.map(({ from, to, message }) => ({ from, to, message, severity: 'error' }));
     this.view.dispatch(setDiagnostics(this.state, diagnostics));
@@ -72,7 +72,7 @@ export class Editor {
     this.view.focus();
   }
 
-  /** Writes a string at a pointer; where its object lacks the member, as the first one. False where there is no such object. */
+  // Writes a string at a pointer; where its object lacks the member, as the first one. False where there is no such object.
   setString(pointer, value) {
     const text = JSON.stringify(value);
     const place = placeOf(pointer, this.state);

@@ -7,13 +7,13 @@ async function get(path) {
   return response;
 }
 
-/** [{name, title, dem}], by title. */
+// [{name, title, dem}], by title.
 export async function listExamples() {
   const all = await (await get('index.json')).json();
   return all.sort((a, b) => a.title.localeCompare(b.title, 'en'));
 }
 
-/** The text of an example's scene, and its elevations as a file, or null where they do not come with it. */
+// The text of an example's scene, and its elevations as a file, or null where they do not come with it.
 export async function openExample({ name, dem }) {
   const text = await (await get(`${name}/scene.json`)).text();
   if (!dem) return { text, file: null };

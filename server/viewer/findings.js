@@ -4,7 +4,7 @@ import { ensureSyntaxTree } from './vendor/codemirror.js';
 const PARSE_MS = 1000;
 const treeOf = (state) => ensureSyntaxTree(state, state.doc.length, PARSE_MS);
 
-/** The first place where the text is no JSON: {from, to, message}, or null. */
+// The first place where the text is no JSON: {from, to, message}, or null.
 export function syntaxError(state) {
   try {
     JSON.parse(state.doc.toString());
@@ -25,7 +25,7 @@ function errorPlace(state) {
   return first;
 }
 
-/** The members of an object or the elements of an array, as nodes. */
+// The members of an object or the elements of an array, as nodes.
 function* values(node, state) {
   let index = 0;
   for (let child = node.firstChild; child; child = child.nextSibling) {
@@ -38,10 +38,8 @@ function* values(node, state) {
   }
 }
 
-/**
- * The place of a JSON Pointer (RFC 6901): {from, to, whole}. Where the text has no such value, that of the innermost
- * around it that it has; `whole` is false then.
- */
+// The place of a JSON Pointer (RFC 6901): {from, to, whole}. Where the text has no such value, that of the innermost
+// around it that it has; `whole` is false then.
 export function placeOf(pointer, state) {
   let node = treeOf(state)?.topNode.firstChild;
   if (!node) return { from: 0, to: 0, whole: false };
@@ -55,12 +53,12 @@ export function placeOf(pointer, state) {
   }
   return { from: node.from, to: node.to, whole: true };
 }
-/** Of a value its first line at most: a mark over all of an object tells nothing. */
+// Of a value its first line at most: a mark over all of an object tells nothing.
 function headOf(node, state) {
   return { from: node.from, to: Math.min(node.to, state.doc.lineAt(node.from).to) };
 }
 
-/** Findings of the service, [{pointer, detail}], as marks: [{from, to, message, pointer}] by place. */
+// Findings of the service, [{pointer, detail}], as marks: [{from, to, message, pointer}] by place.
 export function marksOf(findings, state) {
   return findings.map(({ pointer, detail }) => {
     const place = placeOf(pointer, state);

@@ -7,7 +7,7 @@ const METRES_PER_DEGREE = 111_320;
 const LIGHT = [-0.5, 0.5, Math.SQRT1_2];
 const LOW = [84, 104, 82], MIDDLE = [186, 152, 106], HIGH = [244, 238, 228];
 
-/** Of all pictures of the file, the smallest that is large enough. */
+// Of all pictures of the file, the smallest that is large enough.
 async function choose(tiff) {
   const full = await tiff.getImage(0);
   let chosen = full;
@@ -20,7 +20,7 @@ async function choose(tiff) {
   return { full, chosen };
 }
 
-/** What of it is read: all, or as much from its middle as can be. */
+// What of it is read: all, or as much from its middle as can be.
 function windowOf(width, height) {
   if (width * height <= MOST_PIXELS) return [0, 0, width, height];
   const side = Math.floor(Math.sqrt(MOST_PIXELS) / 4);
@@ -29,7 +29,7 @@ function windowOf(width, height) {
   return [x, y, x + w, y + h];
 }
 
-/** Metres per pixel [x, y] of the full picture. */
+// Metres per pixel [x, y] of the full picture.
 function spacingOf(image) {
   try {
     const [x, y] = image.getResolution().map(Math.abs);
@@ -41,7 +41,7 @@ function spacingOf(image) {
   }
 }
 
-/** The surface of a GeoTIFF: {heights, width, height, spacing, size, part}, NaN where nothing is known. */
+// The surface of a GeoTIFF: {heights, width, height, spacing, size, part}, NaN where nothing is known.
 export async function readRelief(file) {
   const { full, chosen } = await choose(await fromBlob(file));
   const [width, height] = [chosen.getWidth(), chosen.getHeight()];
@@ -63,7 +63,7 @@ export async function readRelief(file) {
 const mix = (a, b, t) => a.map((value, i) => value + (b[i] - value) * t);
 const tint = (t) => (t < 0.5 ? mix(LOW, MIDDLE, 2 * t) : mix(MIDDLE, HIGH, 2 * t - 1));
 
-/** Its picture: {rgba, least, most, holes}, clear where nothing is known; `holes` is the share of that. */
+// Its picture: {rgba, least, most, holes}, clear where nothing is known; `holes` is the share of that.
 export function shade({ heights, width, height, step }) {
   let least = Infinity, most = -Infinity, known = 0;
   for (const z of heights) {

@@ -6,7 +6,7 @@ const element = (id) => document.getElementById(id);
 
 export const service = new Hoodoo(new URL('..', import.meta.url), { key: () => sessionStorage.getItem(NAME) });
 
-/** Asks for a key; resolves to false where none was entered. */
+// Asks for a key; resolves to false where none was entered.
 function askForKey(why) {
   const dialog = element('key-dialog');
   element('key-why').textContent = why;
@@ -26,7 +26,7 @@ function askForKey(why) {
 
 export const isRefused = (error) => error instanceof Problem && (error.status === 401 || error.status === 403);
 
-/** What `call` gives; a key is asked for where it needs one. Errors: those of `call`. */
+// What `call` gives; a key is asked for where it needs one. Errors: those of `call`.
 export async function withKey(call) {
   for (;;) {
     try {
@@ -37,13 +37,13 @@ export async function withKey(call) {
   }
 }
 
-/** Says what went wrong in words for who looks at the page. */
+// Says what went wrong in words for who looks at the page.
 export function explain(error) {
   if (error instanceof Problem) return error.message;
   return error instanceof TypeError ? 'The server does not answer.' : String(error.message ?? error);
 }
 
-/** The button by which a key is entered; `then` is called with it changed. */
+// The button by which a key is entered; `then` is called with it changed.
 export function offerKey(then) {
   element('key-button').addEventListener('click', async () => {
     if (await askForKey('The key is kept until this tab is closed.')) then();

@@ -32,7 +32,7 @@ function changed() {
   timer = setTimeout(check, CHECK_MS);
 }
 
-/** Asks the service, which knows more than a schema does: files, names that are used, sizes. */
+// Asks the service, which knows more than a schema does: files, names that are used, sizes.
 async function check() {
   const mine = checking = new AbortController();
   try {
@@ -45,7 +45,7 @@ async function check() {
   }
 }
 
-/** Errors of a request, as they are in the scene that it held. */
+// Errors of a request, as they are in the scene that it held.
 function inScene(errors) {
   return errors.map(({ pointer, detail }) => ({ pointer: pointer.replace(/^\/inputs\/scene/, ''), detail }));
 }
@@ -74,7 +74,7 @@ function showMarks(marks) {
 
 // --- elevations
 
-/** A field for the elevations of each terrain; what is written there is written into the scene. */
+// A field for the elevations of each terrain; what is written there is written into the scene.
 function showTerrains() {
   const scene = JSON.parse(editor.text);
   const terrains = (Array.isArray(scene?.terrains) ? scene.terrains : []).map((terrain) => terrain ?? {});
