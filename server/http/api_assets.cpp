@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -36,9 +35,9 @@ std::vector<Digest> digests_of(std::string_view text) {
     throw Error(Fault::bad_input, "id", "must name assets, and is the only parameter");
   }
   std::vector<Digest> digests;
-  for (std::string_view rest = ids->second; !rest.empty() || digests.empty();) {
-    const auto name = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(rest.size(), name.size() + 1));
+  for (std::string_view rest = ids->second;;) {
+    const auto comma = rest.find(',');
+    const auto name = rest.substr(0, comma);
     const auto digest = asset::digest_of(name);
     if (!digest || digests.size() == most_asked) {
       throw Error(Fault::bad_input, "id",
@@ -47,8 +46,9 @@ std::vector<Digest> digests_of(std::string_view text) {
                               most_asked));
     }
     digests.push_back(*digest);
+    if (comma == rest.npos) return digests;
+    rest.remove_prefix(comma + 1);
   }
-  return digests;
 }
 
 }  // namespace

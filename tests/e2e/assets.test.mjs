@@ -94,6 +94,7 @@ test('An asset comes in part, as its head alone, or not again', async () => {
 });
 
 test('It is told which of some assets are there', async () => {
+  await put(dem);
   const list = async (query) => (await server.json(`/assets?${query}`)).assets;
   const had = { id: nameOf(dem), href: `${server.url}/assets/${nameOf(dem)}`, bytes: dem.length };
   assert.deepEqual(await list(`id=${nameOf(dem)}`), [had]);
