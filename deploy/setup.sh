@@ -126,6 +126,7 @@ if [ "${1:-}" != --build ]; then packages+=("${test_packages[@]}"); fi
 if ! command -v npm > /dev/null; then packages+=(nodejs npm); fi
 install_packages "${packages[@]}"
 install_httplib
+install_node_modules client
 install_node_modules server/viewer
 if [ "${1:-}" != --build ]; then
   install_nginx

@@ -133,6 +133,7 @@ const std::vector<Api::Route>& Api::routes() {
       {"GET", "jobs/*/events", &Api::events},
       {"GET", "jobs/*/files/*", &Api::result_file},
       {"GET", "jobs/*/tiles/**", &Api::tile},
+      {"GET", "assets", &Api::asset_list, Scope::read},
       {"GET", "assets/*", &Api::asset, Scope::read},
       {"PUT", "assets/*", &Api::put_asset, Scope::submit},
       {"DELETE", "assets/*", &Api::remove_asset, Scope::submit},
@@ -337,8 +338,9 @@ Response Api::viewer_folder(const Request& request, const Parameters&) {
 Response Api::viewer(const Request& request, const Parameters& parameters) {
   if (settings_.viewer.empty()) return problem(404, "The viewer is not installed.");
   const auto name = parameters[0].empty() ? std::string_view("index.html") : parameters[0];
-  auto response = serve_file({settings_.viewer, {".html", ".css", ".js", ".json", ".wasm", ".svg"}},
-                             name, request);
+  auto response =
+      serve_file({settings_.viewer, {".html", ".css", ".js", ".json", ".wasm", ".svg", ".tif"}},
+                 name, request);
   // What a page may load stands in the page itself; these a page cannot set.
   response.headers.emplace_back("Content-Security-Policy",
                                 "frame-ancestors 'none'; base-uri 'none'; form-action 'none'");

@@ -50,7 +50,7 @@ struct ApiSettings {
 ///   GET    /jobs  /jobs/ID  /jobs/ID/results  /jobs/ID/results/OUTPUT  /jobs/ID/files/NAME
 ///   GET    /jobs/ID/events                            DELETE  /jobs/ID
 ///   GET    /jobs/ID/tiles/...   /tilesets   /tilesets/NAME/...   /viewer/...
-///   GET    /assets/sha256-HEX                         PUT, DELETE  /assets/sha256-HEX
+///   GET    /assets?id=...  /assets/sha256-HEX         PUT, DELETE  /assets/sha256-HEX
 ///   POST   /uploads                                   HEAD, PATCH, DELETE  /uploads/ID
 ///
 /// A request that is no execution in form is 400; a scene with problems is 422 with all of them,
@@ -100,6 +100,7 @@ class Api {
   Response tileset_file(const Request&, const Parameters&);
   Response viewer(const Request&, const Parameters&);
   Response viewer_folder(const Request&, const Parameters&);
+  Response asset_list(const Request&, const Parameters&);
   Response asset(const Request&, const Parameters&);
   Response put_asset(const Request&, const Parameters&);
   Response remove_asset(const Request&, const Parameters&);

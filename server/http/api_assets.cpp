@@ -1,17 +1,74 @@
+#include <fmt/core.h>
+
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
+#include <vector>
 
 #include "server/http/api.hpp"
 #include "server/http/files.hpp"
 #include "server/http/problem.hpp"
+#include "server/http/query.hpp"
 #include "server/http/tus.hpp"
 
 /// The routes of assets.
 namespace hoodoo::http {
 namespace {
 
+using nlohmann::json;
+
+constexpr int most_asked = 100;
+
 std::string etag_of(const Digest& digest) { return "\"" + asset::name_of(digest) + "\""; }
 
+json about(const Digest& digest, std::uint64_t bytes, const std::string& base) {
+  const auto name = asset::name_of(digest);
+  return {{"id", name}, {"href", base + "/assets/" + name}, {"bytes", bytes}};
+}
+
+/// The names of a query "id=A,B". Errors: bad_input.
+std::vector<Digest> digests_of(std::string_view text) {
+  const auto query = parse_query(text);
+  const auto ids = query.find("id");
+  if (query.size() != 1 || ids == query.end()) {
+    throw Error(Fault::bad_input, "id", "must name assets, and is the only parameter");
+  }
+  std::vector<Digest> digests;
+  for (std::string_view rest = ids->second;;) {
+    const auto comma = rest.find(',');
+    const auto name = rest.substr(0, comma);
+    const auto digest = asset::digest_of(name);
+    if (!digest || digests.size() == most_asked) {
+      throw Error(Fault::bad_input, "id",
+                  fmt::format("must be 1 to {} names, sha256- and 64 lower-case hexadecimal "
+                              "digits, with commas between",
+                              most_asked));
+    }
+    digests.push_back(*digest);
+    if (comma == rest.npos) return digests;
+    rest.remove_prefix(comma + 1);
+  }
+}
+
 }  // namespace
+
+/// Which of some assets are here, so that a client need not provoke a 404 to learn it.
+Response Api::asset_list(const Request& request, const Parameters&) {
+  std::vector<Digest> wanted;
+  try {
+    wanted = digests_of(request.query);
+  } catch (const Error& error) {
+    return problem(400, "The parameters are wrong.", error.problems);
+  }
+  json found = json::array();
+  for (const auto& digest : wanted) {
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(assets_.file(digest), error);
+    if (!error) found.push_back(about(digest, bytes, settings_.base));
+  }
+  return document({{"assets", found}});
+}
 
 Response Api::asset(const Request& request, const Parameters& parameters) {
   const auto digest = asset::digest_of(parameters[0]);
@@ -86,10 +143,10 @@ Response Api::put_asset(const Request& request, const Parameters& parameters) {
     // Others of the same key may have come meanwhile.
     if (auto refused = space_refusal(request, length)) return std::move(*refused);
     draft.commit(digest);
+    const auto info = about(digest, length, settings_.base);
     queue_.add_asset(asset::name_of(digest), request.owner, length);
-    const auto name = asset::name_of(digest), href = settings_.base + "/assets/" + name;
-    auto made = document({{"id", name}, {"href", href}, {"bytes", length}}, 201);
-    made.headers.emplace_back("Location", href);
+    auto made = document(info, 201);
+    made.headers.emplace_back("Location", info.at("href").get<std::string>());
     made.headers.emplace_back("ETag", etag_of(digest));
     return made;
   };

@@ -189,6 +189,13 @@ json binary(const char* type) {
   return body;
 }
 
+json assets() {
+  auto names = parameter("id", "query", "Names of assets, sha256-HEX",
+                         {{"type", "array"}, {"items", text}, {"minItems", 1}, {"maxItems", 100}});
+  names["required"] = true;
+  return get("getAssets", "Which of some assets are there", "assets", {std::move(names)});
+}
+
 json asset() {
   const auto name = path_parameter("asset", "sha256- and the digest as 64 hexadecimal digits");
   auto path = file("getAsset", "What was put there", {name});
@@ -300,6 +307,7 @@ json paths() {
       {"/jobs/{jobID}/files/{name}", file("getFile", "A file that a job has made", {job, name})},
       {"/jobs/{jobID}/tiles/{name}",
        file("getTile", "A file of a job's tileset, while it runs, too", {job, name})},
+      {"/assets", with_key(assets())},
       {"/assets/{asset}", with_key(asset())},
       {"/uploads", uploads()},
       {"/uploads/{uploadID}", with_key(one_upload())},

@@ -78,6 +78,8 @@ constexpr const char* text = R"({
 "asset": {"type": "object", "required": ["id", "href", "bytes"], "properties": {
   "id": {"type": "string", "pattern": "^sha256-[0-9a-f]{64}$"}, "href": {"type": "string", "format": "uri"},
   "bytes": {"type": "integer", "minimum": 0}}},
+"assets": {"type": "object", "required": ["assets"], "properties": {
+  "assets": {"type": "array", "items": {"$ref": "#/components/schemas/asset"}}}},
 "health": {"type": "object", "required": ["status"], "properties": {"status": {"type": "string"}}}
 })";
 

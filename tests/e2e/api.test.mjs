@@ -241,6 +241,7 @@ async function sendAssets() {
   for (const status of [201, 204]) assert.equal((await ask(path, { method: 'PUT', headers: type, body: bytes })).status, status);
   assert.equal((await ask(path.replace(/.$/, (end) => (end === '0' ? '1' : '0')), { method: 'PUT', headers: type, body: bytes })).status, 422);
   for (const method of ['GET', 'HEAD']) assert.equal((await ask(path, { method })).status, 200);
+  assert.equal((await ask(`/assets?id=sha256-${digest}`)).status, 200);
   const tus = { 'tus-resumable': '1.0.0' };
   assert.equal((await ask('/uploads', { method: 'OPTIONS' })).status, 204);
   const made = await ask('/uploads', { method: 'POST', headers: { ...tus, 'upload-length': '3' } });

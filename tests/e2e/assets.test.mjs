@@ -93,6 +93,22 @@ test('An asset comes in part, as its head alone, or not again', async () => {
   assert.equal((await server.fetch(`/assets/${nameOf('nothing')}`, { method: 'HEAD' })).status, 404);
 });
 
+test('It is told which of some assets are there', async () => {
+  await put(dem);
+  const list = async (query) => (await server.json(`/assets?${query}`)).assets;
+  const had = { id: nameOf(dem), href: `${server.url}/assets/${nameOf(dem)}`, bytes: dem.length };
+  assert.deepEqual(await list(`id=${nameOf(dem)}`), [had]);
+  assert.deepEqual(await list(`id=${nameOf('nothing')},${nameOf(dem)}`), [had]);
+  assert.deepEqual(await list(`id=${nameOf('nothing')}&id=${nameOf(dem)}`), [had]);
+  assert.deepEqual(await list(`id=${nameOf('nothing')}`), []);
+  const many = Array(101).fill(nameOf(dem)).join();
+  for (const query of ['', 'id', 'id=', 'id=x', `id=${nameOf(dem)},`, `id=,${nameOf(dem)}`, `id=${nameOf(dem)}&x=1`, 'id=../jobs.db', `id=${many}`]) {
+    const response = await server.fetch(`/assets?${query}`);
+    assert.equal(response.status, 400, query);
+    assert.equal((await response.json()).errors[0].pointer, 'id', query);
+  }
+});
+
 test('100-continue is answered by 100 for what is wanted, and else without taking the body', async () => {
   const bytes = randomBytes(3 * mebibyte);
   const wanted = await put(bytes, { expect: '100-continue' });

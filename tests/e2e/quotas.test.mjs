@@ -194,8 +194,8 @@ test('Assets that no job uses go after a time; what a job needs stays', async ()
     for (let i = 0; i < 3; ++i) jobs.push(await posted(server, 'free', 'echo', { echo: { dem: name }, pause: 10 }));
     assert.equal((await put(server, 'free', unused)).status, 201);
     for (const end = Date.now() + 60_000; await onDisk('kept') > 1; await sleep(100)) assert.ok(Date.now() < end, 'nothing went');
-    assert.equal((await server.ask(`/assets/${nameOf(unused)}`, { method: 'HEAD', headers: as('free') })).status, 404);
-    assert.equal((await server.ask(`/assets/${name}`, { method: 'HEAD', headers: as('free') })).status, 200);
+    assert.equal((await server.fetch(`/assets/${nameOf(unused)}`, { method: 'HEAD', headers: as('free') })).status, 404);
+    assert.equal((await server.fetch(`/assets/${name}`, { method: 'HEAD', headers: as('free') })).status, 200);
     for (const id of jobs) assert.equal((await server.fetch(`/jobs/${id}`, { method: 'DELETE', headers: as('free') })).status, 200);
     for (const end = Date.now() + 60_000; await onDisk('kept') > 0; await sleep(100)) assert.ok(Date.now() < end, 'it stays');
   } finally {

@@ -1,0 +1,2 @@
+// What the preview uses of geotiff.js.
+export { fromBlob } from 'geotiff';
