@@ -82,7 +82,11 @@ export interface paths {
          */
         put: operations["putAsset"];
         post?: never;
-        delete?: never;
+        /**
+         * Remove an asset of one's own, or with admin any
+         * @description Remove an asset of one's own, or with admin any.
+         */
+        delete: operations["removeAsset"];
         options?: never;
         /**
          * Whether it is there
@@ -509,6 +513,7 @@ export interface components {
              * @enum {string}
              */
             response: "raw" | "document";
+            subscriber?: components["schemas"]["subscriber"];
         };
         health: {
             status: string;
@@ -592,6 +597,15 @@ export interface components {
             type: "process";
             /** Format: date-time */
             updated?: string;
+        };
+        /** @description Who is told of a job, where this service makes callbacks: addresses of hosts that it may call. Each callback is sent until it is answered with 2xx, six times at most. Hoodoo-Delivery names it, the same each time; Hoodoo-Event is inProgress, success or failed; Hoodoo-Signature is sha256= and the HMAC-SHA256 of Hoodoo-Timestamp, a full stop and the body. */
+        subscriber: {
+            /** Format: uri */
+            failedUri?: string;
+            /** Format: uri */
+            inProgressUri?: string;
+            /** Format: uri */
+            successUri: string;
         };
         tilesets: {
             tilesets: {
@@ -842,6 +856,63 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description The key has no space left, or not this scope */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+            /** @description What was wrong, by RFC 9457 */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+            /** @description What was wrong, by RFC 9457 */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+        };
+    };
+    removeAsset: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description sha256- and the digest as 64 hexadecimal digits */
+                asset: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is gone */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description A job that waits or runs needs it */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
             };
             /** @description What was wrong, by RFC 9457 */
             "4XX": {
@@ -1609,6 +1680,34 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["statusInfo"];
+                };
+            };
+            /** @description The key has no space left for results, or not this scope */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+            /** @description As many jobs of the key wait or run as may */
+            429: {
+                headers: {
+                    "Retry-After"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+            /** @description The disk is nearly full */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
                 };
             };
             /** @description What was wrong, by RFC 9457 */

@@ -9,7 +9,6 @@
 
 #include <array>
 #include <fstream>
-#include <functional>
 #include <map>
 #include <mutex>
 #include <tuple>
@@ -68,15 +67,15 @@ struct Metrics::Registry {
                                   .Add({});
   // Finding a series by its labels takes longer than most answers.
   std::mutex mutex;
-  std::map<std::tuple<std::string, std::string, int>, Series, std::less<>> series;
+  std::map<std::tuple<std::string, std::string, int>, Series> series;
 
   const Series& of(std::string_view route, std::string_view method, int status) {
     const std::lock_guard guard(mutex);
-    const auto known = series.find(std::tuple(route, method, status));
+    const std::string name(route), verb(method);
+    const auto known = series.find({name, verb, status});
     if (known != series.end()) return known->second;
     const prometheus::Histogram::BucketBoundaries buckets{0.001, 0.005, 0.025, 0.1,
                                                           0.5,   2.5,   10,    60};
-    const std::string name(route), verb(method);
     const Series made{
         requests.Add({{"route", name}, {"method", verb}, {"code", std::to_string(status)}}),
         seconds.Add({{"route", name}}, buckets)};

@@ -252,6 +252,7 @@ async function sendAssets() {
   assert.equal((await ask(upload, { ...part, body: Buffer.from('x') })).status, 409);
   assert.equal((await ask(upload, { method: 'HEAD', headers: tus })).headers.get('upload-offset'), '3');
   assert.equal((await ask(upload, { method: 'DELETE', headers: tus })).status, 204);
+  for (const status of [204, 404]) assert.equal((await ask(path, { method: 'DELETE' })).status, status);
 }
 
 test('Every operation of the document has been asked, and answered as it says', async () => {
