@@ -23,6 +23,7 @@
 #include "server/http/body.hpp"
 #include "server/http/connections.hpp"
 #include "server/http/problem.hpp"
+#include "server/http/request_stream.hpp"
 
 namespace hoodoo::http {
 namespace {
@@ -141,11 +142,31 @@ class Connections : public httplib::TaskQueue {
   ConnectionThreads threads_{most_connections};
 };
 
+/// Whether the last answer of this thread said that the connection closes. The library says so of
+/// every error, and then reads on.
+thread_local bool said_close = false;
+
+std::string date() {
+  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  return fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(now));
+}
+
 /// A server must date its answers (RFC 9110, 6.6.1), and these two have no content to measure.
 void finish(const httplib::Request&, httplib::Response& response) {
   if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
-  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  response.set_header("Date", fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(now)));
+  response.set_header("Date", date());
+  said_close = response.get_header_value("Connection") == "close";
+}
+
+/// Says why no request is read from a connection any more.
+void refuse(httplib::Stream& stream, const Refusal& refusal) {
+  const auto said = problem(refusal.status, refusal.detail);
+  const auto text = fmt::format(
+      "HTTP/1.1 {} {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nDate: {}\r\n"
+      "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n{}",
+      refusal.status, httplib::status_message(refusal.status), said.type, said.body.size(), date(),
+      said.body);
+  stream.write(text);
 }
 
 }  // namespace
@@ -159,6 +180,7 @@ struct Listener::Server : httplib::Server {
  private:
   void refuse_or_route(const Service& service);
   void expect(const Service& service);
+  bool process_and_close_socket(socket_t socket) override;
 };
 
 namespace {
@@ -227,9 +249,6 @@ void Listener::Server::configure() {
   set_tcp_nodelay(true);
   // Lengths are limited below, route by route.
   set_payload_max_length(std::numeric_limits<std::size_t>::max());
-  set_read_timeout(10s);
-  set_write_timeout(20s);
-  set_keep_alive_timeout(5);
   set_keep_alive_max_count(10'000);
   new_task_queue = [] { return new Connections; };
   set_error_handler(explain);
@@ -238,6 +257,27 @@ void Listener::Server::configure() {
       [](const httplib::Request&, httplib::Response& to, const std::exception_ptr&) {
         write(problem(500, "internal error"), to);
       });
+}
+
+/// Serves one connection. The library's own way trusts heads more, and loses requests that come in
+/// one packet.
+bool Listener::Server::process_and_close_socket(socket_t socket) {
+  RequestStream stream(socket);
+  const auto stopping = [this] { return svr_sock_ == INVALID_SOCKET; };
+  bool well = true;
+  for (std::size_t left = keep_alive_max_count_; left > 0; --left) {
+    const auto next = stream.next(stopping);
+    if (std::holds_alternative<RequestStream::Over>(next)) break;
+    if (const auto* refusal = std::get_if<Refusal>(&next)) {
+      refuse(stream, *refusal);
+      break;
+    }
+    bool closed = false;
+    well = process_request(stream, {}, 0, {}, 0, left == 1, closed, nullptr);
+    if (!well || closed || said_close) break;
+  }
+  stream.close(stopping());
+  return well;
 }
 
 void Listener::Server::expect(const Service& service) {
