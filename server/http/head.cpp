@@ -68,7 +68,7 @@ bool is_target(std::string_view target) {
 
 /// "GET /path HTTP/1.1"; `is_new` when it is of HTTP/1.1.
 std::optional<Refusal> wrong_with_line(std::string_view line, bool& is_new) {
-  if (line.size() > most_request_line) return Refusal{414, "The request line is too long."};
+  if (line.size() > most_line) return Refusal{414, "The request line is too long."};
   const Refusal wrong{400, "The request line is none."};
   const auto first = line.find(' '), last = line.rfind(' ');
   if (first == line.npos || first == last) return wrong;
@@ -139,11 +139,13 @@ class Reader {
         return Refusal{501, "The only transfer coding here is chunked."};
       }
     }
+    const auto from = head_.text.size();
     head_.text.append(name).append(": ");
     const bool as_it_is = same(name, "location") || same(name, "referer");
     for (const char c : value)
       head_.text += c == '%' && !as_it_is ? "%25" : std::string_view(&c, 1);
     head_.text += line_end;
+    if (head_.text.size() - from > most_line) return Refusal{431, "A header is too long."};
     return std::nullopt;
   }
 
@@ -161,7 +163,7 @@ std::optional<Refusal> wrong_so_far(std::string_view beginning) {
                        (c == '\r' && i + 1 < beginning.size() && beginning[i + 1] != '\n');
     if (alone || c == '\0') return Refusal{400, "A line ends in CR LF."};
   }
-  if (beginning.find(line_end) > most_request_line && beginning.size() > most_request_line + 1) {
+  if (beginning.find(line_end) > most_line && beginning.size() > most_line + 1) {
     return Refusal{414, "The request line is too long."};
   }
   if (beginning.size() > most_head) return Refusal{431, "The head is too long."};

@@ -8,8 +8,8 @@
 /// Which heads of requests are taken at all, before any library reads them.
 namespace hoodoo::http {
 
-inline constexpr std::size_t most_head = 16u << 10;         // [bytes]
-inline constexpr std::size_t most_request_line = 8u << 10;  // [bytes]
+inline constexpr std::size_t most_head = 16u << 10;  // [bytes]
+inline constexpr std::size_t most_line = 8u << 10;   // [bytes] as the library is to read it
 inline constexpr std::size_t most_header_lines = 64;
 
 /// Why no request is read from a connection any more.

@@ -32,6 +32,8 @@ using namespace std::chrono_literals;
 
 constexpr auto between_looks = 250ms;  // for more of a stream
 constexpr std::size_t most_connections = 4096;
+constexpr std::size_t most_unshared = 64u
+                                      << 10;  // [bytes] of a body whose answer counts for nothing
 
 Request read_head(const httplib::Request& from) {
   Request request;
@@ -88,6 +90,13 @@ void write(Response&& from, httplib::Response& to) {
         [part = *from.part](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
           return send_piece(part, offset, length, sink);
         });
+  } else if (from.held && !from.body.empty()) {
+    to.set_content_provider(from.body.size(), from.type,
+                            [text = std::make_shared<const std::string>(std::move(from.body)),
+                             held = std::move(from.held)](std::size_t offset, std::size_t length,
+                                                          httplib::DataSink& sink) {
+                              return sink.write(text->data() + offset, length);
+                            });
   } else if (!from.type.empty()) {
     to.set_content(std::move(from.body), from.type);
   }
@@ -181,6 +190,8 @@ struct Listener::Server : httplib::Server {
   void refuse_or_route(const Service& service);
   void expect(const Service& service);
   bool process_and_close_socket(socket_t socket) override;
+
+  std::atomic<std::size_t> held_ = 0;  // [bytes] of bodies and their answers
 };
 
 namespace {
@@ -206,8 +217,9 @@ std::optional<Response> refusal(const Service& service, const httplib::Request& 
   return std::nullopt;
 }
 
-/// The answer to a request with a body.
-Response respond(const Service& service, httplib::Request& from, const ReadBody& read) {
+/// The answer to a request with a body, which takes of `held` while it is in memory.
+Response respond(const Service& service, httplib::Request& from, const ReadBody& read,
+                 std::atomic<std::size_t>& held) {
   bool is_read = false;  // it comes only once
   const auto pass_over = [&] {
     if (is_read) return;
@@ -232,12 +244,23 @@ Response respond(const Service& service, httplib::Request& from, const ReadBody&
     pass_over();
     return response;
   }
-  const auto received = read([&request](std::string_view piece) {
+  const auto share = std::make_shared<Share>(held, most_bodies);
+  bool is_room = true;
+  const auto received = read([&](std::string_view piece) {
     request.body += piece;
-    return request.body.size() <= most_body;
+    is_room = share->add(piece.size());
+    return is_room && request.body.size() <= most_body;
   });
+  if (!is_room) {
+    auto refused = problem(503, "Too many large requests are under way.");
+    refused.headers.emplace_back("Retry-After", "1");
+    return refused;
+  }
   if (received != Received::whole) return not_received(received);
-  return service.answer(std::move(request));
+  const bool is_large = request.body.size() > most_unshared;
+  auto response = service.answer(std::move(request));
+  if (is_large) response.held = share;
+  return response;
 }
 
 }  // namespace
@@ -316,8 +339,8 @@ void Listener::Server::refuse_or_route(const Service& service) {
 void Listener::Server::answer(const Service& service, const std::stop_token& stop) {
   expect(service);
   refuse_or_route(service);
-  const auto with_body = [&service, stop](const httplib::Request& from, httplib::Response& to,
-                                          const httplib::ContentReader& read) {
+  const auto with_body = [this, &service, stop](const httplib::Request& from, httplib::Response& to,
+                                                const httplib::ContentReader& read) {
     const Pieces pieces = [&read](const std::function<bool(std::string_view)>& use) {
       return read([&use](const char* data, std::size_t length) {
         return use(std::string_view(data, length));
@@ -325,7 +348,7 @@ void Listener::Server::answer(const Service& service, const std::stop_token& sto
     };
     auto& request = const_cast<httplib::Request&>(from);
     const auto body = [&](const UsePiece& use) { return receive(pieces, stop, use); };
-    write(respond(service, request, body), to);
+    write(respond(service, request, body, held_), to);
     if (!request.body_consumed_) cut_off(request);
   };
   Post(".*", with_body).Put(".*", with_body).Patch(".*", with_body).Delete(".*", with_body);
