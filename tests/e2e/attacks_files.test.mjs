@@ -56,7 +56,7 @@ after(async () => {
 });
 
 async function ask(url, line, lines = '') {
-  const { answers } = await converse(url, `${line} HTTP/1.1\r\nHost: ${new URL(url).host}\r\nConnection: close\r\n${lines}\r\n`);
+  const { answers } = await converse(url, `${line} HTTP/1.1\r\nHost: ${new URL(url).host}\r\nConnection: close\r\n${lines}\r\n`, { enough: ([first]) => first?.whole });
   assert.equal(answers.length, 1, `${line}: ${answers.length} answers`);
   return answers[0];
 }

@@ -82,7 +82,7 @@ test('/req/core/process-list, process-list-success: the list has a summary of ev
   assert.ok(processes.some(({ id }) => id === 'echo'));
 });
 
-test('/req/core/process, process-success: each describes its inputs and outputs by JSON Schemas', async () => {
+test('/req/core/process-description-op, process-description-success: each describes its inputs and outputs by JSON Schemas', async () => {
   for (const { id } of (await get('/processes')).processes) {
     const process = await get(`/processes/${id}`);
     assert.equal(process.id, id);
@@ -90,7 +90,7 @@ test('/req/core/process, process-success: each describes its inputs and outputs 
   }
 });
 
-test('/req/core/process-exception-no-such-process: another one is 404 of that type, for its description and its execution', async () => {
+test('/req/core/process-exception/no-such-process: another one is 404 of that type, for its description and its execution', async () => {
   for (const response of [await ask('/processes/none'), await execute('none', {})]) {
     assert.equal(response.status, 404);
     assert.equal((await response.json()).type, `${exceptions}no-such-process`);
@@ -113,7 +113,7 @@ test('/req/core/process-execute-auto-execution-mode, process-execute-success-asy
   assert.equal(info.processID, 'echo');
 });
 
-test('/req/core/process-execute-sync-document, sync-raw-value-one: the results, or the one result by itself', async () => {
+test('/req/core/process-execute-sync-document, process-execute-sync-raw-value-one: the results, or the one result by itself', async () => {
   for (const value of ['text', 1.5, true, [1, 2], { a: { b: 1 } }, { bbox: [1, 2, 3, 4], crs: 'http://www.opengis.net/def/crs/OGC/1.3/CRS84' }, { value: 'AAEC', encoding: 'base64', mediaType: 'application/octet-stream' }]) {
     assert.deepEqual(await (await execute('echo', { echo: value })).json(), { echo: value });
     assert.deepEqual(await (await execute('echo', { echo: value }, {}, { response: 'raw' })).json(), value);
@@ -135,7 +135,7 @@ test('/req/core/process-execute-input-inline-object, mixed-type: an input by val
   assert.equal(await done('dem.tif'), await done({ href: 'file:dem.tif', type: 'image/tiff; application=geotiff' }));
 });
 
-test('/req/core/job, job-success, job-results-success-async: status to the end, then a link to the results, which are there', async () => {
+test('/req/core/job-op, job-success, job-results-op, job-results-async-document: status to the end, then a link to the results, which are there', async () => {
   const { jobID } = await (await execute('echo', { echo: { a: 1 } }, asynchronous)).json();
   await server.follow(jobID);
   const info = await get(`/jobs/${jobID}`);
