@@ -91,10 +91,11 @@ void write(Response&& from, httplib::Response& to) {
           return send_piece(part, offset, length, sink);
         });
   } else if (from.held && !from.body.empty()) {
-    to.set_content_provider(from.body.size(), from.type,
-                            [text = std::make_shared<const std::string>(std::move(from.body)),
-                             held = std::move(from.held)](std::size_t offset, std::size_t length,
-                                                          httplib::DataSink& sink) {
+    const auto size = from.body.size();
+    auto text = std::make_shared<const std::string>(std::move(from.body));
+    to.set_content_provider(size, from.type,
+                            [text = std::move(text), held = std::move(from.held)](
+                                std::size_t offset, std::size_t length, httplib::DataSink& sink) {
                               return sink.write(text->data() + offset, length);
                             });
   } else if (!from.type.empty()) {

@@ -57,8 +57,8 @@ test('Chunks of 300 MB are cut off: 413, 411 where a length must be said', async
 });
 
 test('A length of 300 MB is refused before it comes: 413', async () => {
-  for (const length of [300e6, 2 ** 31, 2 ** 40, 2 ** 62]) {
-    for (const path of [execution(), '/nothing', '/a%20b', '/%c3%a9', `/${'x'.repeat(2000)}`]) {
+  for (const [i, length] of [300e6, 2 ** 31, 2 ** 40, 2 ** 62].entries()) {
+    for (const path of i > 0 ? [execution()] : [execution(), '/nothing', '/a%20b', '/%c3%a9', `/${'x'.repeat(2000)}`]) {
       await refused([head(`POST ${path}`, `Content-Length: ${length}\r\n`), ...times(20, 'x'.repeat(1e6))], 413);
     }
   }
@@ -114,7 +114,10 @@ const documents = {
   'Arrays and objects in turn': [413, '[{"a":'.repeat(100_000)],
   'Nested one level too deep': [413, inputs(nested('[', ']', 63))],
   '1,900,000 values': [413, inputs(`[${'0,'.repeat(1_900_000)}0]`)],
-  '2,000,000 empty arrays': [413, inputs(`[${'[],'.repeat(1_300_000)}0]`)],
+  '900,000 empty objects': [413, inputs(`[${'{},'.repeat(900_000)}0]`)],
+  '900,000 empty texts': [413, inputs(`[${'"",'.repeat(900_000)}0]`)],
+  '400,000 members': [413, inputs(`{${Array.from({ length: 400_000 }, (_, i) => `"${i.toString(36)}":0`).join()}}`)],
+  '1,300,000 empty arrays': [413, inputs(`[${'[],'.repeat(1_300_000)}0]`)],
   'A key twice': [400, '{"inputs":{},"inputs":{"echo":1}}'],
   'A number beyond all': [400, inputs('1e999')],
   'NaN': [400, inputs('NaN')],
@@ -135,9 +138,9 @@ for (const [what, [status, body]] of Object.entries(documents)) {
 test('What is within every limit, and costs most, costs little', async () => {
   const largest = {
     'numbers, deep down': inputs('['.repeat(55) + `0${',0'.repeat(990_000)}` + ']'.repeat(55)),
-    'members': inputs(`{${Array.from({ length: 330_000 }, (_, i) => `"${i.toString(36)}":0`).join()}}`),
-    'empty objects': inputs(`[{}${',{}'.repeat(990_000)}]`),
-    'texts': inputs(`[""${',""'.repeat(990_000)}]`),
+    'members': inputs(`{${Array.from({ length: 150_000 }, (_, i) => `"${i.toString(36)}":0`).join()}}`),
+    'empty objects': inputs(`[{}${',{}'.repeat(290_000)}]`),
+    'texts': inputs(`[""${',""'.repeat(400_000)}]`),
     'one text': inputs(JSON.stringify('\u0001'.repeat(690_000))),
   };
   for (const [what, body] of Object.entries(largest)) {
@@ -146,6 +149,7 @@ test('What is within every limit, and costs most, costs little', async () => {
     const response = await server.fetch(execution(), { method: 'POST', headers: { 'content-type': 'application/json' }, body });
     const text = await response.text();
     assert.equal(response.status, 200, `${what}: ${text.slice(0, 300)}`);
+    assert.deepEqual(JSON.parse(text), { echo: JSON.parse(body).inputs.echo }, what);
     assert.ok(text.length < 2 * body.length + 1000, `${what}: ${text.length} bytes come for ${body.length}`);
     await assertWell(server, memory).catch((error) => assert.fail(`${what}: ${error.message}, from ${start - memory.idle}`));
   }
@@ -187,7 +191,7 @@ test('Hundreds of slow bodies and of clients that do not read keep nobody waitin
     }
     await sleep(1000);
     const asked = performance.now();
-    assert.equal((await fetch(`${server.url}/healthz`)).status, 200);
+    assert.equal((await converse(server.url, `GET /healthz HTTP/1.1\r\n${host}Connection: close\r\n\r\n`)).answers[0]?.status, 200);
     assert.ok(performance.now() - asked < 5000, `after ${performance.now() - asked} ms`);
   } finally {
     await Promise.all(open);

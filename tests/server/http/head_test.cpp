@@ -50,7 +50,7 @@ TEST(Head, HasOneLengthOrOneCoding) {
   EXPECT_EQ(refused(get("Transfer-Encoding: chunked\r\n", "POST / HTTP/1.0")), 400);
 }
 TEST(Head, HasLinesThatEveryReaderSeesTheSame) {
-  for (const std::string lines :
+  for (const std::string& lines :
        {std::string("a: b\n"), std::string("a: b\rc: d\r\n"), std::string("a: b\r\n c\r\n"),
         std::string("a\r\n"), std::string(": b\r\n"), std::string("a_b: c\r\n"),
         std::string("a: \0\r\n", 6), std::string("a: \x7f\r\n"), std::string("a b: c\r\n"),
