@@ -53,7 +53,7 @@ function leads(document, pointer) {
   return true;
 }
 
-const validate = (body) => server.fetch('/processes/validate-scene/execution', { method: 'POST', headers: { 'content-type': 'application/json' }, body });
+const validate = (body) => server.fetch('/processes/validate-scene/execution', { method: 'POST', headers: { 'content-type': 'application/json', connection: 'close' }, body });
 
 /** What is wrong with the answer to one scene, or nothing; counts the statuses. */
 async function complaint(scene, statuses) {
