@@ -101,14 +101,15 @@ unpack_httplib() (
     dpkg-source --no-check -q --extract cpp-httplib_*.dsc httplib
 )
 
-# nginx's binary alone: its package would start a service.
-install_nginx() {
-  if command -v nginx > /dev/null || [ -x /usr/sbin/nginx ]; then return; fi
-  local folder
+# take_binary PACKAGE COMMAND: the one file out of a package that would start a service.
+take_binary() {
+  if command -v "$2" > /dev/null || [ -x "/usr/sbin/$2" ]; then return; fi
+  local folder file
   folder=$(mktemp -d)
   if [ "$(id -u)" -eq 0 ]; then chown _apt "$folder"; fi
-  (cd "$folder" && quietly apt-get -qq download nginx && dpkg-deb -x nginx_*.deb .)
-  as_root install -D -m 755 "$folder/usr/sbin/nginx" /usr/local/sbin/nginx
+  (cd "$folder" && quietly apt-get -qq download "$1" && dpkg-deb -x "$1"_*.deb .)
+  file=$(find "$folder/usr/bin" "$folder/usr/sbin" -name "$2" -type f 2> /dev/null | head -n 1)
+  as_root install -D -m 755 "$file" "/usr/local/sbin/$2"
   rm -rf "$folder"
 }
 
@@ -129,6 +130,7 @@ install_httplib
 install_node_modules client
 install_node_modules server/viewer
 if [ "${1:-}" != --build ]; then
-  install_nginx
+  take_binary nginx nginx
+  take_binary prometheus promtool
   install_node_modules tests/e2e
 fi

@@ -106,7 +106,13 @@ Response document(const json& value, int status) {
   response.status = status;
   response.type = "application/json";
   response.headers = {{"Cache-Control", "no-cache"}};
-  response.body = value.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+  response.body = value.dump(-1, ' ', false, json::error_handler_t::replace);
+  // Lines and their indentation are for readers; deep in a large document they would be most of it.
+  constexpr std::size_t most_readable = 64u << 10;
+  if (response.body.size() < most_readable) {
+    response.body = value.dump(2, ' ', false, json::error_handler_t::replace);
+  }
+  response.body += "\n";
   return response;
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <semaphore>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -119,7 +121,7 @@ class Api {
   std::optional<Response> space_refusal(const Request& request, std::uint64_t bytes) const;
   void note_asset(const asset::Upload& upload) const;
   std::optional<Response> callback_refusal(const job::Subscriber& subscriber, bool async) const;
-  Response validate(const job::Request& wanted, bool raw) const;
+  Response validate(const job::Request& wanted, bool raw);
   References references() const;
   std::variant<asset::Upload, Response> upload_of(const Request& request,
                                                   std::string_view id) const;
@@ -132,6 +134,8 @@ class Api {
   asset::Uploads& uploads_;
   const ApiSettings settings_;
   Metrics metrics_;
+  std::mutex large_;                     // held by the one large body that is taken apart
+  std::counting_semaphore<> checks_{4};  // scenes that processes look at, at once
 };
 
 }  // namespace hoodoo::http

@@ -15,9 +15,20 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
+class Turn {
+ public:
+  explicit Turn(std::counting_semaphore<>& all) : all_(all) { all_.acquire(); }
+  ~Turn() { all_.release(); }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  std::counting_semaphore<>& all_;
+};
+
 /// A document of the one output, or the output itself.
-Response outputs(const char* name, const json& value, bool raw) {
-  if (!raw) return document({{name, value}});
+Response outputs(const char* name, json value, bool raw) {
+  if (!raw) return document({{name, std::move(value)}});
   return document(value);
 }
 
@@ -46,6 +57,9 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   if (!request.header("content-type").starts_with("application/json")) {
     return problem(415, "Send the execution as application/json.");
   }
+  // Parsed it takes many times its size.
+  std::unique_lock turn(large_, std::defer_lock);
+  if (request.body.size() > most_paused) turn.lock();
   Execution execution;
   try {
     execution = read_execution(parameters[0], request, references());
@@ -62,11 +76,12 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   if (wanted.process == validate_process) return validate(wanted, execution.raw);
   const std::chrono::duration<double> pause(wanted.inputs["pause"].get<double>());
   const auto at = Clock::now() + std::chrono::duration_cast<Clock::duration>(pause);
+  auto ready = outputs("echo", std::move(wanted.inputs["echo"]), execution.raw);
+  if (pause.count() <= 0) return ready;
   Response response;
-  response.later = [at, value = wanted.inputs["echo"],
-                    raw = execution.raw]() -> std::optional<Response> {
+  response.later = [at, ready = std::move(ready)]() -> std::optional<Response> {
     if (Clock::now() < at) return std::nullopt;
-    return outputs("echo", value, raw);
+    return ready;
   };
   return response;
 }
@@ -100,9 +115,10 @@ std::optional<Response> Api::callback_refusal(const job::Subscriber& subscriber,
 }
 
 /// A scene with problems is a good answer of this process.
-Response Api::validate(const job::Request& wanted, bool raw) const {
+Response Api::validate(const job::Request& wanted, bool raw) {
   std::vector<Problem> found;
   try {
+    const Turn turn(checks_);
     found = queue_.check(wanted.inputs.at("scene"));
   } catch (const Error& error) {
     if (error.fault == Fault::internal || error.fault == Fault::io) throw;
@@ -118,6 +134,7 @@ Response Api::validate(const job::Request& wanted, bool raw) const {
 
 Response Api::submit(const job::Request& wanted) {
   try {
+    const Turn turn(checks_);
     return answer_to(queue_.submit(wanted));
   } catch (const Error& error) {
     if (error.fault != Fault::bad_input) throw;

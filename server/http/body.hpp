@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <functional>
@@ -17,6 +18,29 @@ inline constexpr std::size_t least_rate = 4096;  // [bytes / s]
 /// Of a body that nobody wants any more so much is passed over: a sender who is still busy with it
 /// when the connection closes may not hear why.
 inline constexpr std::size_t most_passed_over = 64u << 20;  // [bytes]
+
+/// Bodies and what is answered to them take no more memory than this, all together.
+inline constexpr std::size_t most_bodies = 32u << 20;  // [bytes]
+
+/// What one request takes of something that all take of.
+class Share {
+ public:
+  Share(std::atomic<std::size_t>& taken, std::size_t most) : taken_(taken), most_(most) {}
+  ~Share() { taken_ -= mine_; }
+  Share(const Share&) = delete;
+  Share& operator=(const Share&) = delete;
+
+  /// False when there is not so much left.
+  bool add(std::size_t amount) {
+    mine_ += amount;
+    return taken_.fetch_add(amount) + amount <= most_;
+  }
+
+ private:
+  std::atomic<std::size_t>& taken_;
+  const std::size_t most_;
+  std::size_t mine_ = 0;
+};
 
 /// Calls its argument with piece after piece until that gives false; true when all have come.
 using Pieces = std::function<bool(const std::function<bool(std::string_view)>&)>;

@@ -30,6 +30,41 @@ JsonLimits limits() {
   return limits;
 }
 
+/// What parsed JSON takes, not less than it does: values and members by the marks around them.
+std::size_t memory_of(std::string_view text) {
+  constexpr std::size_t value = 24, array = 48, object = 80, member = 96,
+                        half_text = 24;  // [bytes]
+  std::size_t sum = text.size();
+  bool in_text = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') {
+      in_text = !in_text;
+      sum += half_text;
+    } else if (in_text) {
+      if (c == '\\') ++i;
+    } else if (c == ',') {
+      sum += value;
+    } else if (c == ':') {
+      sum += member;
+    } else if (c == '[') {
+      sum += array;
+    } else if (c == '{') {
+      sum += object;
+    }
+  }
+  return sum;
+}
+
+json parse(const std::string& text, const std::string& where) {
+  if (memory_of(text) > most_parsed) {
+    throw Error(Fault::limit, where,
+                fmt::format("holds too many values: parsed it would take more than {} MiB",
+                            most_parsed >> 20));
+  }
+  return parse_json(text, where, limits());
+}
+
 /// The path of `name` below a root.
 std::filesystem::path file_below(const std::string& name, const std::string& pointer,
                                  const References& references) {
@@ -62,14 +97,14 @@ Target target_of(const json& value, const std::string& pointer, const References
 }
 bool is_reference(const json& value) { return value.is_object() && value.contains("href"); }
 
-json scene_of(const json& value, const References& references) {
+json scene_of(json value, const References& references) {
   const std::string pointer = "/inputs/scene";
   if (!value.is_object()) refuse(pointer, "must be an object");
   if (!is_reference(value)) return value;
   const auto target = target_of(value, pointer, references);
   if (!target.is_file) refuse(pointer + "/href", "is no file");
   const auto file = file_below(target.name, pointer + "/href", references);
-  auto scene = parse_json(read_file(file, most_body), target.name, limits());
+  auto scene = parse(read_file(file, most_body), target.name);
   if (!scene.is_object()) refuse(pointer + "/href", "is no object");
   return scene;
 }
@@ -137,8 +172,10 @@ void check_names(const json& inputs, const std::vector<std::string>& names, std:
   if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
 }
 
-json inputs_of(std::string_view process, const json& body, const References& references) {
-  const auto& inputs = body.at("inputs");
+/// Takes what it needs out of the body, which may be large: it was of `size` bytes.
+json inputs_of(std::string_view process, json& body, std::size_t size,
+               const References& references) {
+  auto& inputs = body.at("inputs");
   if (process == job::analyze_process) {
     check_names(inputs, {"dem", "routing"}, 1);
     const auto routing = inputs.value("routing", json("freeman"));
@@ -156,10 +193,15 @@ json inputs_of(std::string_view process, const json& body, const References& ref
   }
   if (process == echo_process) {
     check_names(inputs, {"echo", "pause"}, 1);
-    return {{"echo", inputs["echo"]}, {"pause", number_of(inputs, "pause", most_pause)}};
+    const double pause = number_of(inputs, "pause", most_pause);
+    if (pause > 0 && size > most_paused) {
+      refuse("/inputs/pause", fmt::format("must be 0 s with a body of more than {} bytes, of {}",
+                                          most_paused, size));
+    }
+    return {{"echo", std::move(inputs["echo"])}, {"pause", pause}};
   }
   check_names(inputs, {"scene"}, 1);
-  return {{"scene", scene_of(inputs["scene"], references)}};
+  return {{"scene", scene_of(std::move(inputs["scene"]), references)}};
 }
 
 int priority_of(const json& value) {
@@ -206,7 +248,7 @@ std::string key_of(const Request& request) {
 
 Execution read_execution(std::string_view process, const Request& request,
                          const References& references) {
-  const auto body = parse_json(request.body, "", limits());
+  auto body = parse(request.body, "");
   if (!body.is_object()) refuse("", "must be an object");
   const auto response = body.value("response", json("document"));
   const bool may_be_raw = control_of(process)->sync;
@@ -226,7 +268,7 @@ Execution read_execution(std::string_view process, const Request& request,
   wanted.key = key_of(request);
   if (body.contains("priority")) wanted.priority = priority_of(body["priority"]);
   if (body.contains("subscriber")) wanted.subscriber = subscriber_of(body["subscriber"]);
-  wanted.inputs = inputs_of(process, body, references);
+  wanted.inputs = inputs_of(process, body, request.body.size(), references);
   execution.raw = response == "raw";
   return execution;
 }

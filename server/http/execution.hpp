@@ -13,7 +13,8 @@
 /// The body of a request to carry out a process: execute.yaml of OGC API - Processes 1.0.
 namespace hoodoo::http {
 
-inline constexpr std::size_t most_key = 255;  // characters of an Idempotency-Key
+inline constexpr std::size_t most_key = 255;           // characters of an Idempotency-Key
+inline constexpr std::size_t most_parsed = 32u << 20;  // [bytes] of the values of a body
 
 /// What inputs by reference may lead to: nothing but files of this server, so that nobody can make
 /// it ask another one.

@@ -1,6 +1,7 @@
 #include "server/http/http.hpp"
 
 #include <fmt/core.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <condition_variable>
@@ -153,9 +154,16 @@ void wait_to_drain(const Settings& settings, const std::stop_token& over,
   drained.request_stop();
 }
 
+/// Memory that one large request has taken goes back to the system; threads share what is kept.
+void keep_small() {
+  ::mallopt(M_ARENA_MAX, 2);
+  ::mallopt(M_TRIM_THRESHOLD, 1 << 20);
+}
+
 }  // namespace
 
 void serve(const Settings& given) {
+  keep_small();
   auto settings = given;
   std::erase_if(settings.host, [](char c) { return c == '[' || c == ']'; });
   check(settings);

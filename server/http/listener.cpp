@@ -23,6 +23,7 @@
 #include "server/http/body.hpp"
 #include "server/http/connections.hpp"
 #include "server/http/problem.hpp"
+#include "server/http/request_stream.hpp"
 
 namespace hoodoo::http {
 namespace {
@@ -31,6 +32,8 @@ using namespace std::chrono_literals;
 
 constexpr auto between_looks = 250ms;  // for more of a stream
 constexpr std::size_t most_connections = 4096;
+constexpr std::size_t most_unshared = 64u
+                                      << 10;  // [bytes] of a body whose answer counts for nothing
 
 Request read_head(const httplib::Request& from) {
   Request request;
@@ -87,6 +90,14 @@ void write(Response&& from, httplib::Response& to) {
         [part = *from.part](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
           return send_piece(part, offset, length, sink);
         });
+  } else if (from.held && !from.body.empty()) {
+    const auto size = from.body.size();
+    auto text = std::make_shared<const std::string>(std::move(from.body));
+    to.set_content_provider(size, from.type,
+                            [text = std::move(text), held = std::move(from.held)](
+                                std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+                              return sink.write(text->data() + offset, length);
+                            });
   } else if (!from.type.empty()) {
     to.set_content(std::move(from.body), from.type);
   }
@@ -141,11 +152,31 @@ class Connections : public httplib::TaskQueue {
   ConnectionThreads threads_{most_connections};
 };
 
+/// Whether the last answer of this thread said that the connection closes. The library says so of
+/// every error, and then reads on.
+thread_local bool said_close = false;
+
+std::string date() {
+  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  return fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(now));
+}
+
 /// A server must date its answers (RFC 9110, 6.6.1), and these two have no content to measure.
 void finish(const httplib::Request&, httplib::Response& response) {
   if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
-  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  response.set_header("Date", fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(now)));
+  response.set_header("Date", date());
+  said_close = response.get_header_value("Connection") == "close";
+}
+
+/// Says why no request is read from a connection any more.
+void refuse(httplib::Stream& stream, const Refusal& refusal) {
+  const auto said = problem(refusal.status, refusal.detail);
+  const auto text = fmt::format(
+      "HTTP/1.1 {} {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nDate: {}\r\n"
+      "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n{}",
+      refusal.status, httplib::status_message(refusal.status), said.type, said.body.size(), date(),
+      said.body);
+  stream.write(text);
 }
 
 }  // namespace
@@ -159,6 +190,9 @@ struct Listener::Server : httplib::Server {
  private:
   void refuse_or_route(const Service& service);
   void expect(const Service& service);
+  bool process_and_close_socket(socket_t socket) override;
+
+  std::atomic<std::size_t> held_ = 0;  // [bytes] of bodies and their answers
 };
 
 namespace {
@@ -184,8 +218,9 @@ std::optional<Response> refusal(const Service& service, const httplib::Request& 
   return std::nullopt;
 }
 
-/// The answer to a request with a body.
-Response respond(const Service& service, httplib::Request& from, const ReadBody& read) {
+/// The answer to a request with a body, which takes of `held` while it is in memory.
+Response respond(const Service& service, httplib::Request& from, const ReadBody& read,
+                 std::atomic<std::size_t>& held) {
   bool is_read = false;  // it comes only once
   const auto pass_over = [&] {
     if (is_read) return;
@@ -210,12 +245,23 @@ Response respond(const Service& service, httplib::Request& from, const ReadBody&
     pass_over();
     return response;
   }
-  const auto received = read([&request](std::string_view piece) {
+  const auto share = std::make_shared<Share>(held, most_bodies);
+  bool is_room = true;
+  const auto received = read([&](std::string_view piece) {
     request.body += piece;
-    return request.body.size() <= most_body;
+    is_room = share->add(piece.size());
+    return is_room && request.body.size() <= most_body;
   });
+  if (!is_room) {
+    auto refused = problem(503, "Too many large requests are under way.");
+    refused.headers.emplace_back("Retry-After", "1");
+    return refused;
+  }
   if (received != Received::whole) return not_received(received);
-  return service.answer(std::move(request));
+  const bool is_large = request.body.size() > most_unshared;
+  auto response = service.answer(std::move(request));
+  if (is_large) response.held = share;
+  return response;
 }
 
 }  // namespace
@@ -227,9 +273,6 @@ void Listener::Server::configure() {
   set_tcp_nodelay(true);
   // Lengths are limited below, route by route.
   set_payload_max_length(std::numeric_limits<std::size_t>::max());
-  set_read_timeout(10s);
-  set_write_timeout(20s);
-  set_keep_alive_timeout(5);
   set_keep_alive_max_count(10'000);
   new_task_queue = [] { return new Connections; };
   set_error_handler(explain);
@@ -238,6 +281,27 @@ void Listener::Server::configure() {
       [](const httplib::Request&, httplib::Response& to, const std::exception_ptr&) {
         write(problem(500, "internal error"), to);
       });
+}
+
+/// Serves one connection. The library's own way trusts heads more, and loses requests that come in
+/// one packet.
+bool Listener::Server::process_and_close_socket(socket_t socket) {
+  RequestStream stream(socket);
+  const auto stopping = [this] { return svr_sock_ == INVALID_SOCKET; };
+  bool well = true;
+  for (std::size_t left = keep_alive_max_count_; left > 0; --left) {
+    const auto next = stream.next(stopping);
+    if (std::holds_alternative<RequestStream::Over>(next)) break;
+    if (const auto* refusal = std::get_if<Refusal>(&next)) {
+      refuse(stream, *refusal);
+      break;
+    }
+    bool closed = false;
+    well = process_request(stream, {}, 0, {}, 0, left == 1, closed, nullptr);
+    if (!well || closed || said_close) break;
+  }
+  stream.close(stopping());
+  return well;
 }
 
 void Listener::Server::expect(const Service& service) {
@@ -276,8 +340,8 @@ void Listener::Server::refuse_or_route(const Service& service) {
 void Listener::Server::answer(const Service& service, const std::stop_token& stop) {
   expect(service);
   refuse_or_route(service);
-  const auto with_body = [&service, stop](const httplib::Request& from, httplib::Response& to,
-                                          const httplib::ContentReader& read) {
+  const auto with_body = [this, &service, stop](const httplib::Request& from, httplib::Response& to,
+                                                const httplib::ContentReader& read) {
     const Pieces pieces = [&read](const std::function<bool(std::string_view)>& use) {
       return read([&use](const char* data, std::size_t length) {
         return use(std::string_view(data, length));
@@ -285,7 +349,7 @@ void Listener::Server::answer(const Service& service, const std::stop_token& sto
     };
     auto& request = const_cast<httplib::Request&>(from);
     const auto body = [&](const UsePiece& use) { return receive(pieces, stop, use); };
-    write(respond(service, request, body), to);
+    write(respond(service, request, body, held_), to);
     if (!request.body_consumed_) cut_off(request);
   };
   Post(".*", with_body).Put(".*", with_body).Patch(".*", with_body).Delete(".*", with_body);

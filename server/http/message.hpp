@@ -51,7 +51,8 @@ struct Response {
   std::vector<std::pair<std::string, std::string>> headers;
   std::string type;  // of the content
   std::string body;
-  std::optional<FilePart> part;  // instead of a body
+  std::optional<FilePart> part;      // instead of a body
+  std::shared_ptr<const void> held;  // until all has been sent
 
   /// Instead of all that, for a request whose body has not been read: reads it, and gives the
   /// response. Called once, or never.

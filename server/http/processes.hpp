@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -9,7 +10,8 @@ namespace hoodoo::http {
 
 inline constexpr std::string_view echo_process = "echo";
 inline constexpr std::string_view validate_process = "validate-scene";
-inline constexpr double most_pause = 10;  // [s] of echo
+inline constexpr double most_pause = 10;               // [s] of echo
+inline constexpr std::size_t most_paused = 64u << 10;  // [bytes] of a body that echo waits with
 
 /// How a process may be carried out.
 struct Control {

@@ -11,6 +11,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { command } from './hoodoo.mjs';
+import { checkAnswer } from './ogc.mjs';
 
 export async function freePort() {
   const server = createServer().listen(0, '127.0.0.1');
@@ -61,7 +62,13 @@ export class Server {
     return this.ended;
   }
 
-  fetch(path, options) {
+  /** An answer, held to the standard where that says what it is like. */
+  async fetch(path, options) {
+    const response = await this.ask(path, options);
+    await checkAnswer(options?.method ?? 'GET', path.split('?')[0], response);
+    return response;
+  }
+  ask(path, options) {
     const watched = this.proxy && !/^\/(viewer|tilesets\/|jobs\/\w+\/(tiles|files|events|results\/.))/.test(path);
     return fetch((watched ? this.proxy : this.url) + path, { redirect: 'manual', ...options });
   }
