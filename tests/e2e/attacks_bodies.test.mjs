@@ -57,11 +57,11 @@ test('Chunks of 300 MB are cut off: 413, 411 where a length must be said', async
 });
 
 test('A length of 300 MB is refused before it comes: 413', async () => {
-  for (const [i, length] of [300e6, 2 ** 31, 2 ** 40, 2 ** 62].entries()) {
-    for (const path of i > 0 ? [execution()] : [execution(), '/nothing', '/a%20b', '/%c3%a9', `/${'x'.repeat(2000)}`]) {
-      await refused([head(`POST ${path}`, `Content-Length: ${length}\r\n`), ...times(20, 'x'.repeat(1e6))], 413);
-    }
-  }
+  // Side by side: each waits for more of its body before it ends.
+  const paths = [execution(), '/nothing', '/a%20b', '/%c3%a9', `/${'x'.repeat(2000)}`].map((path) => [path, 300e6]);
+  const lengths = [2 ** 31, 2 ** 40, 2 ** 62].map((length) => [execution(), length]);
+  await Promise.all([...paths, ...lengths].map(([path, length]) => refused(
+    [head(`POST ${path}`, `Content-Length: ${length}\r\n`), ...times(20, 'x'.repeat(1e6))], 413)));
   await refused(head(`PUT ${anAsset}`, `Content-Length: ${2 ** 50}\r\n`), 413, { end: true });
 });
 

@@ -12,13 +12,16 @@ const count = process.env.HOODOO_SANITIZED ? 60 : 421;
 const lanes = 4;
 let work, server, memory, good;
 
-/** Scenes that are right: the examples, and one for each node type of the reference pages. */
+/** Scenes that are right: the examples, and one for each node type of the reference pages, in an operation or as a geology. */
 async function scenes() {
   const found = await Promise.all(examples().map(async (folder) => JSON.parse(await readFile(join(folder, 'scene.json'), 'utf8'))));
   const nodes = resolve(import.meta.dirname, '../../schema/nodes');
   for (const name of (await readdir(nodes)).filter((one) => one.endsWith('.json')).sort()) {
     const node = JSON.parse(await readFile(join(nodes, name), 'utf8'));
-    found.push(node.hoodoo ? node : { hoodoo: 1, terrains: [{ dem: 'dem.tif' }], operations: [{ op: 'union', tree: node }] });
+    const base = { hoodoo: 1, terrains: [{ dem: 'dem.tif' }] };
+    const wholes = node.hoodoo ? [node] : [{ ...base, operations: [{ op: 'union', tree: node }] }, { ...base, geology: node }];
+    const tried = await Promise.all(wholes.map(async (scene) => (await validate(JSON.stringify({ inputs: { scene } }))).json()));
+    found.push(wholes[Math.max(0, tried.findIndex(({ valid }) => valid))]);
   }
   return found;
 }
@@ -66,8 +69,8 @@ async function complaint(scene, statuses) {
   const answer = JSON.parse(text);
   if (status === 200 && answer.valid !== (answer.problems.length === 0)) return 'is good and bad';
   if (answer.valid) statuses.valid = (statuses.valid ?? 0) + 1;
-  const [problems, document] = status === 200 ? [answer.problems, scene] : [answer.errors, { inputs: { scene } }];
-  if (status !== 200 && problems.length === 0) return `is refused without a reason: ${text.slice(0, 300)}`;
+  const [problems, document] = status === 200 ? [answer.problems, scene] : [answer.errors ?? [], { inputs: { scene } }];
+  if ([400, 422].includes(status) && problems.length === 0) return `is refused without a reason: ${text.slice(0, 300)}`;
   for (const { pointer, detail } of problems) {
     if (!detail) return `has a problem without words at ${pointer}`;
     if (!leads(document, pointer)) return `has a problem at ${pointer}, which leads nowhere: ${detail}`;

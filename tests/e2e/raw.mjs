@@ -46,7 +46,9 @@ export async function converse(url, parts, { enough = () => false, patience = 30
     if (over() || performance.now() > last) break;
     const bytes = Buffer.isBuffer(part) ? part : Buffer.from(part, 'latin1');
     sent += bytes.length;
-    if (socket.write(bytes)) continue;
+    const taken = socket.write(bytes);
+    await new Promise(setImmediate);   // what has come is read between two writes
+    if (taken || socket.writableLength === 0) continue;
     await Promise.race([new Promise((done) => { socket.once('drain', done); wake = done; }), sleep(Math.max(0, last - performance.now()), null, { ref: false })]);
   }
   if (end && !closed) socket.end();
