@@ -15,6 +15,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -313,6 +314,8 @@ void Listener::Server::expect(const Service& service) {
     }
     if (!early) return 100;
     write(std::move(*early), to);
+    // Of these answers the library leaves the length to the end of the connection.
+    if (!to.body.empty()) to.set_header("Content-Length", std::to_string(to.body.size()));
     return to.status;
   });
 }
