@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "engine/base/sample_cells.hpp"
@@ -59,6 +60,38 @@ class Nearby {
   }
 
   std::size_t size() const { return samples_.size(); }
+
+  /// The height, this share of the way up through all those from `low` to `high` that they leave to
+  /// samples of that radius at x and y of `p`; NaN where they leave none.
+  double height_left(const Vec3& p, double low, double high, double radius, double share) const {
+    constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+    taken_.clear();
+    for (const auto& s : samples_) {
+      const double left =
+          squared(s.radius + radius) - squared(s.center.x - p.x) - squared(s.center.y - p.y);
+      if (left <= 0) continue;
+      const double half = std::sqrt(left), from = s.center.z - half, to = s.center.z + half;
+      if (from <= low && to >= high) return nothing;
+      if (from < high && to > low) taken_.push_back({from, to});
+    }
+    if (taken_.empty()) return low + (high - low) * share;
+    std::ranges::sort(taken_);
+    taken_.push_back({high, high});
+    double room = 0, below = low;
+    for (const auto& [from, to] : taken_) {
+      room += std::max(from - below, 0.0);
+      below = std::max(below, to);
+    }
+    if (room <= 0) return nothing;
+    double up = share * room;
+    below = low;
+    for (const auto& [from, to] : taken_) {
+      if (below + up <= from) break;
+      up -= std::max(from - below, 0.0);
+      below = std::max(below, to);
+    }
+    return std::min(below + up, high);
+  }
 
   /// Whether one of them, at least of those after the first `known`, leaves no room in the whole
   /// box to radii from that on.
@@ -145,6 +178,7 @@ class Nearby {
   std::vector<float> x_, y_, z_, radius_;  // of whole lanes
   mutable std::vector<float> left_;        // by find_left
   mutable std::vector<std::array<float, 2>> covered_;
+  mutable std::vector<std::array<double, 2>> taken_;  // by height_left
 };
 
 }  // namespace hoodoo::sampling

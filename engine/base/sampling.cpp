@@ -53,9 +53,9 @@ template <class Ground>
 class Sampler {
  public:
   static constexpr bool flat = Ground::flat, shell = Ground::shell;
-  /// In a shell filling costs less than darts do.
+  /// In a shell filling costs less than darts do: of what is left of a column none falls beside.
   static constexpr int darts_per_cell = shell ? 2 : 12;
-  static constexpr std::size_t first_level = shell ? 2 : 3;  // of parts that are filled
+  static constexpr std::size_t first_level = shell ? 1 : 3;  // of parts that are filled
 
   explicit Sampler(const Ground& ground)
       : ground_(ground),
@@ -129,8 +129,9 @@ class Sampler {
     return true;
   }
 
-  /// In a shell without a z where its column has no ground in the box.
-  Vec3 dart(const Cube& box, std::uint64_t id) const {
+  /// In a shell without a z where its column has no ground in the box, or no room for a sample of
+  /// that radius among those near.
+  Vec3 dart(const Cube& box, std::uint64_t id, double room_for = 0) const {
     constexpr double per_step = 1.0 / (1 << 21);
     const double side = box.high.x - box.low.x;
     const std::uint64_t bits = mix(id + 0x9e3779b97f4a7c15U);
@@ -143,7 +144,13 @@ class Sampler {
       const double low = std::max(top - ground_.of.thickness, box.low.z);
       const double high = std::min(top, box.high.z);
       const double share = static_cast<double>(bits >> 42 & 0x1fffff) * per_step;
-      p.z = low <= high ? low + (high - low) * share : std::numeric_limits<double>::quiet_NaN();
+      if (!(low <= high)) {
+        p.z = std::numeric_limits<double>::quiet_NaN();
+      } else if (room_for > 0) {
+        p.z = near_.height_left(p, low, high, room_for, share);
+      } else {
+        p.z = low + (high - low) * share;
+      }
     }
     return p;
   }
@@ -328,11 +335,15 @@ class Sampler {
     // Those of a shell's first level are open: nothing was added since.
     if ((!shell || level > first_level) && !is_open(part, box)) return;
     const std::uint64_t id = random_bits(seed, part.at.x, part.at.y, part.at.z);
-    const Vec3 p = dart(box, id);
+    const Vec3 p = dart(box, id, part.radius_least);
     const double radius = radius_at(p);
     if (radius <= 0 && forbidden(box, side)) return;
-    if (varies_) raise(part, box, p, radius);
-    if (radius > 0 && !near_.rule_out(p, radius)) new_.push_back({p, radius, id});
+    if (varies_) {
+      const Vec3 known = shell && radius <= 0 ? box.middle() : p;
+      raise(part, box, known, radius_at(known));
+    }
+    // In a shell there is room for it, nearly always.
+    if (radius > 0 && (shell || !near_.rule_out(p, radius))) new_.push_back({p, radius, id});
     open_.push_back(part);
   }
   /// Whether no sample may lie in the box, one of whose points was not allowed: small ones are
