@@ -7,7 +7,7 @@
 #include "engine/base/random.hpp"
 #include "engine/base/vector.hpp"
 
-/// Where the samples of sampling.cpp lie, found again by place.
+/// Where the samples of sampler.hpp lie, found again by place.
 namespace hoodoo::sampling {
 
 /// A cell of a lattice; z is 0 in the plane.

@@ -9,7 +9,7 @@
 #include "engine/base/sample_cells.hpp"
 #include "engine/base/vector.hpp"
 
-/// What room samples leave in boxes, for sampling.cpp.
+/// What room samples leave in boxes, for sampler.hpp.
 namespace hoodoo::sampling {
 
 struct Cube {  // a square in the plane, a square column in a shell
@@ -38,7 +38,7 @@ class Nearby {
   /// Forgets all; from now on of a cell that has this corner.
   void clear(const Vec3& corner) {
     samples_.clear();
-    for (auto* list : {&x_, &y_, &z_, &radius_, &left_}) list->clear();
+    for (auto* list : {&x_, &y_, &z_, &radius_}) list->clear();
     corner_ = corner;
   }
   void add(const Sample& s) {
@@ -47,7 +47,7 @@ class Nearby {
     if (n % lanes == 0) {  // those without a sample are too far to matter
       for (auto* list : {&x_, &y_, &z_, &radius_}) list->resize(n + lanes, 1e18F);
       std::fill(radius_.end() - lanes, radius_.end(), 0.0F);
-      left_.resize(n + lanes);
+      left_.resize(n / lanes + 1);
     }
     const Vec3 p = s.center - corner_;
     x_[n] = static_cast<float>(p.x), y_[n] = static_cast<float>(p.y);
@@ -112,19 +112,52 @@ class Nearby {
     return false;
   }
 
-  /// Takes from a column's top and bottom what samples leave no room in, and before what `bound`
-  /// says of them. False: nothing is left.
+  /// Asks all samples about the four halves of a column at once, for radii from that on: what
+  /// `narrow` is to know of each.
+  void halve(const Cube& box, double radius) const {
+    const Extent of(box, corner_);
+    const auto least = static_cast<float>(radius);
+    const float half_x = of.half_x / 2, half_y = of.half_y / 2;
+    const float x0 = of.x - half_x, x1 = of.x + half_x, y0 = of.y - half_y, y1 = of.y + half_y;
+    covered_whole_ = {};
+    for (std::size_t first = 0; first < x_.size(); first += lanes) {
+      const float *x = &x_[first], *y = &y_[first], *z = &z_[first], *r = &radius_[first];
+      Left left{};  // apart from the list, so that the loop is done at once
+      std::array<unsigned, 4> whole{};
+      for (std::size_t n = 0; n < lanes; ++n) {
+        const float reach = (r[n] + least) * shrunk, all = reach * reach;
+        const float dz = std::abs(z[n] - of.z) + of.half_z, height = dz * dz;
+        const float dx0 = std::abs(x[n] - x0) + half_x, dx1 = std::abs(x[n] - x1) + half_x;
+        const float dy0 = std::abs(y[n] - y0) + half_y, dy1 = std::abs(y[n] - y1) + half_y;
+        left[0][n] = all - dx0 * dx0 - dy0 * dy0;
+        left[1][n] = all - dx1 * dx1 - dy0 * dy0;
+        left[2][n] = all - dx0 * dx0 - dy1 * dy1;
+        left[3][n] = all - dx1 * dx1 - dy1 * dy1;
+        whole[0] |= static_cast<unsigned>(height < left[0][n]);
+        whole[1] |= static_cast<unsigned>(height < left[1][n]);
+        whole[2] |= static_cast<unsigned>(height < left[2][n]);
+        whole[3] |= static_cast<unsigned>(height < left[3][n]);
+      }
+      for (std::size_t half = 0; half < 4; ++half) covered_whole_[half] |= whole[half];
+      left_[first / lanes] = left;
+    }
+  }
+
+  /// Of the half with that number (x fastest) of the column that was halved, takes from its top and
+  /// bottom what samples leave no room in, and before what `bound` says of them. False: nothing is
+  /// left.
   template <class Bound>
-  bool narrow(Cube& box, double radius, const Bound& bound) const {
-    if (!find_left(box, static_cast<float>(radius)) || !bound(box)) return false;
+  bool narrow(Cube& box, std::size_t half, const Bound& bound) const {
+    if (covered_whole_[half] != 0 || !bound(box)) return false;
     auto low = static_cast<float>(box.low.z - corner_.z);
     auto high = static_cast<float>(box.high.z - corner_.z);
     const float bottom = low, top = high;
     covered_.clear();
     for (std::size_t n = 0; n < samples_.size(); ++n) {
-      if (left_[n] <= 0) continue;
-      const float half = std::sqrt(left_[n]);
-      covered_.push_back({z_[n] - half, z_[n] + half});
+      const float left = left_[n / lanes][half][n % lanes];
+      if (left <= 0) continue;
+      const float reach = std::sqrt(left);
+      covered_.push_back({z_[n] - reach, z_[n] + reach});
     }
     for (bool moved = true; moved && low <= high;) {
       moved = false;
@@ -142,6 +175,9 @@ class Nearby {
  private:
   static constexpr std::size_t lanes = 8;
   static constexpr float shrunk = 1 - 1e-5F;
+  /// Of each half and sample, the square of how far above and below it leaves no room to any place
+  /// of the half; negative: it leaves some beside.
+  using Left = std::array<std::array<float, lanes>, 4>;
 
   struct Extent {
     Extent(const Cube& box, const Vec3& corner) {
@@ -153,30 +189,12 @@ class Nearby {
     float x, y, z, half_x, half_y, half_z;
   };
 
-  /// Of each sample, the square of how far above and below it leaves no room to any place of the
-  /// column; negative: it leaves some beside. False: one covers the whole box.
-  bool find_left(const Cube& box, float radius) const {
-    const Extent of(box, corner_);
-    for (std::size_t first = 0; first < x_.size(); first += lanes) {
-      const float *x = &x_[first], *y = &y_[first], *z = &z_[first], *r = &radius_[first];
-      std::array<float, lanes> left{};  // apart from the lists, so that the loop is done at once
-      unsigned found = 0;
-      for (std::size_t n = 0; n < lanes; ++n) {
-        const float dx = std::abs(x[n] - of.x) + of.half_x, dy = std::abs(y[n] - of.y) + of.half_y,
-                    dz = std::abs(z[n] - of.z) + of.half_z, reach = (r[n] + radius) * shrunk;
-        left[n] = reach * reach - dx * dx - dy * dy;
-        found |= static_cast<unsigned>(dz * dz < left[n]);
-      }
-      if (found != 0) return false;
-      std::ranges::copy(left, &left_[first]);
-    }
-    return true;
-  }
-
   Vec3 corner_;
   std::vector<Sample> samples_;
   std::vector<float> x_, y_, z_, radius_;  // of whole lanes
-  mutable std::vector<float> left_;        // by find_left
+  // Of the column halved last: whether a sample covers the whole half, and what they leave.
+  mutable std::array<unsigned, 4> covered_whole_{};
+  mutable std::vector<Left> left_;
   mutable std::vector<std::array<float, 2>> covered_;
   mutable std::vector<std::array<double, 2>> taken_;  // by height_left
 };
