@@ -676,7 +676,10 @@ export interface operations {
     getApi: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description The ETag that is known */
+                "If-None-Match"?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -690,6 +693,13 @@ export interface operations {
                 content: {
                     "application/vnd.oai.openapi+json;version=3.0": Record<string, never>;
                 };
+            };
+            /** @description It is as it was */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description What was wrong, by RFC 9457 */
             "4XX": {
