@@ -969,18 +969,14 @@ export interface operations {
                 headers: {
                     [name: string]: unknown;
                 };
-                content: {
-                    "application/problem+json": components["schemas"]["problem"];
-                };
+                content?: never;
             };
             /** @description What was wrong, by RFC 9457 */
             default: {
                 headers: {
                     [name: string]: unknown;
                 };
-                content: {
-                    "application/problem+json": components["schemas"]["problem"];
-                };
+                content?: never;
             };
         };
     };
@@ -2068,18 +2064,14 @@ export interface operations {
                 headers: {
                     [name: string]: unknown;
                 };
-                content: {
-                    "application/problem+json": components["schemas"]["problem"];
-                };
+                content?: never;
             };
             /** @description What was wrong, by RFC 9457 */
             default: {
                 headers: {
                     [name: string]: unknown;
                 };
-                content: {
-                    "application/problem+json": components["schemas"]["problem"];
-                };
+                content?: never;
             };
         };
     };

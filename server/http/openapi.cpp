@@ -341,11 +341,13 @@ json tag_list() {
 /// What holds of every operation: none needs a key but those that say so, and each may be refused.
 json with_defaults(json paths) {
   for (auto& [path, operations] : paths.items()) {
-    for (auto& operation : operations) {
+    for (auto& [method, operation] : operations.items()) {
       operation["tags"] = json::array({tag_of(path)});
       operation["description"] = operation["summary"].get<std::string>() + ".";
       if (!operation.contains("security")) operation["security"] = json::array();
-      operation["responses"]["4XX"] = operation["responses"]["default"];
+      auto& responses = operation["responses"];
+      if (method == "head") responses["default"].erase("content");
+      responses["4XX"] = responses["default"];
     }
   }
   return paths;
