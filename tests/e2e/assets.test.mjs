@@ -222,21 +222,6 @@ test('A body that ends early or comes too slowly is dropped; one that is under w
   assert.ok(Date.now() - asked < 10_000, `it took ${Date.now() - asked} ms`);
 });
 
-test('The commands of the README send an asset, whole and in parts', async (t) => {
-  if ((await run('curl', ['--version']).catch(() => ({ code: 1 }))).code !== 0) return t.skip('there is no curl');
-  const readme = await readFile(join(import.meta.dirname, '../../README.md'), 'utf8');
-  const section = readme.slice(readme.indexOf('Elevation models come in'), readme.indexOf('The last two steps'));
-  const commands = section.split('\n').filter((line) => line.startsWith('    ')).join('\n').replaceAll('http://127.0.0.1:8080', server.url);
-  const folder = join(work, 'readme'), bytes = randomBytes(300_000);
-  await mkdir(folder);
-  await writeFile(join(folder, 'dem.tif'), bytes);
-  const { code, stdout, stderr } = await run('bash', ['-e', '-c', commands], { cwd: folder });
-  assert.equal(code, 0, stderr);
-  const href = `${server.url}/assets/${nameOf(bytes)}`;
-  assert.equal(JSON.parse(stdout.slice(0, stdout.indexOf('}') + 1)).href, href);
-  assert.ok(stdout.includes(`Link: <${href}>; rel="canonical"`), stdout);
-});
-
 // --- resumable uploads
 
 const tus = { 'tus-resumable': '1.0.0' };
