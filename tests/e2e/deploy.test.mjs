@@ -8,7 +8,7 @@ import { test } from 'node:test';
 import { promisify } from 'node:util';
 import { parse } from '@stoplight/yaml';
 import { Ajv } from 'ajv';
-import { command, example, hoodoo, run as runProgram, withFolder } from './hoodoo.mjs';
+import { command, exampleScene, hoodoo, makeKey, makeRoot, run as runProgram, withFolder } from './hoodoo.mjs';
 import { Server, freePort } from './server.mjs';
 
 const run = promisify(execFile);
@@ -35,11 +35,9 @@ test('systemd finds no fault with the unit, and little that it could do without'
 });
 
 test('The script for CI bakes a scene as it is and as it was, and tells whether they differ', () => withFolder(async (work) => {
-  const root = join(work, 'root'), keys = join(work, 'keys.json'), out = join(work, 'out');
-  await mkdir(root);
-  assert.equal((await hoodoo(['synthesize', join(root, 'dem.tif')])).code, 0);
-  const key = (await hoodoo(['key', keys, 'ci', '--scopes', 'submit'])).stdout.trim();
-  const scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  const root = await makeRoot(work), keys = join(work, 'keys.json'), out = join(work, 'out');
+  const key = await makeKey(keys, 'ci', '--scopes', 'submit');
+  const scene = await exampleScene();
   const files = { now: scene, before: { ...scene, bake: { ...scene.bake, spacing: 4 } }, broken: { ...scene, seed: 'x' } };
   for (const [name, value] of Object.entries(files)) await writeFile(join(work, `${name}.json`), JSON.stringify(value));
   const server = await Server.start({ data: join(work, 'data'), roots: [root], args: ['--keys', keys] });

@@ -4,7 +4,7 @@ import { spawn } from 'node:child_process';
 import { readFile } from 'node:fs/promises';
 import { delimiter, dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { command, hoodoo, makeFolder, removeFolder, run } from './hoodoo.mjs';
+import { command, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
 import { freePort } from './server.mjs';
 
 const page = await readFile(join(import.meta.dirname, '../../server/README.md'), 'utf8');
