@@ -1,6 +1,7 @@
 /** server/README.md: its recipes do what they promise, and it leaves no option or request of the service out. */
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { existsSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { delimiter, dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -71,6 +72,17 @@ test('The page has a recipe for all that clients do', () => {
   const all = blocks().map(({ code }) => code).join('');
   for (const what of ['validate-scene', 'bake-terrain', 'analyze-dem', 'diff-tilesets', 'Idempotency-Key', 'Last-Event-ID', 'Prefer: wait', 'If-None-Match', '-r 0-3', '/uploads', '/assets',
                       '-X DELETE', '/events', '/results', 'hoodoo key', '/metrics', '/readyz']) assert.ok(all.includes(what), what);
+});
+
+test('Links of the page and of the front page lead to what is there', async () => {
+  const top = join(import.meta.dirname, '../..');
+  for (const name of ['README.md', 'server/README.md', 'client/README.md']) {
+    const text = await readFile(join(top, name), 'utf8');
+    const headings = new Set([...text.matchAll(/^#+ (.*)$/gm)].map(([, title]) => `#${title.toLowerCase().replace(/[^\w -]/g, '').replaceAll(' ', '-')}`));
+    for (const [, target] of text.matchAll(/\]\((?!https?:)([^)]+)\)/g)) {
+      assert.ok(target.startsWith('#') ? headings.has(target) : existsSync(join(top, dirname(name), target)), `${name} leads to ${target}`);
+    }
+  }
 });
 
 test('The page tells of every option of hoodoo serve and hoodoo key, and of no other', async () => {
