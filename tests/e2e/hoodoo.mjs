@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { createHash } from 'node:crypto';
-import { mkdir, readFile, readdir, mkdtemp, rm } from 'node:fs/promises';
+import { copyFile, mkdir, readFile, readdir, mkdtemp, rm } from 'node:fs/promises';
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, relative, resolve } from 'node:path';
@@ -89,10 +89,11 @@ export async function synthesize(file, ...options) {
   await succeeds(['synthesize', file, ...options]);
   return file;
 }
-/** A folder `root` in `work` for a server to look into, with the sample DEM of the first example; gives its name. */
+/** A folder `root` in `work` for a server to look into, with the first example, scene.json and dem.tif; gives its name. */
 export async function makeRoot(work) {
   const root = join(work, 'root');
   await mkdir(root);
+  await copyFile(join(example, 'scene.json'), join(root, 'scene.json'));
   await synthesize(join(root, 'dem.tif'));
   return root;
 }

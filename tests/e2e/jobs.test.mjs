@@ -1,13 +1,13 @@
 /** What a job survives, and what it leaves: crashes, limits, cancelling, servers that are killed again and again. */
 import assert from 'node:assert/strict';
-import { copyFile, readdir } from 'node:fs/promises';
+import { readdir } from 'node:fs/promises';
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { DatabaseSync } from 'node:sqlite';
 import { after, before, test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { assertNoOrphans } from './folder.mjs';
-import { digests, example, exampleScene, makeFolder, makeRoot, removeFolder, seededRandom } from './hoodoo.mjs';
+import { digests, exampleScene, makeFolder, makeRoot, removeFolder, seededRandom } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const sanitized = Boolean(process.env.HOODOO_SANITIZED);
@@ -19,7 +19,6 @@ before(async () => {
   work = await makeFolder();
   root = await makeRoot(work);
   data = join(work, 'data');
-  await copyFile(join(example, 'scene.json'), join(root, 'scene.json'));
   scene = await exampleScene();
   server = await Server.start({ data, roots: [root] });
 });

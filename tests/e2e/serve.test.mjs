@@ -1,10 +1,10 @@
 /** The job server as a client meets it: post, poll, fetch, cancel, stop, start again. */
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
-import { copyFile, readFile, symlink, writeFile } from 'node:fs/promises';
+import { readFile, symlink, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { digests, example, exampleScene, hoodoo, makeFolder, makeRoot, removeFolder } from './hoodoo.mjs';
+import { digests, exampleScene, hoodoo, makeFolder, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const sanitized = Boolean(process.env.HOODOO_SANITIZED);
@@ -18,7 +18,6 @@ before(async () => {
   work = await makeFolder();
   root = await makeRoot(work);
   data = join(work, 'data');
-  await copyFile(join(example, 'scene.json'), join(root, 'scene.json'));
   scene = await exampleScene();
   await writeFile(join(work, 'outside.tif'), await readFile(join(root, 'dem.tif')));
   await symlink('../outside.tif', join(root, 'link.tif'));
