@@ -1,5 +1,6 @@
-// The list of jobs: how far each is, to cancel, to remove, to look at.
+// The list of jobs: how far each is, to cancel, to remove, to look at, to compare.
 import { Hoodoo } from './client.js';
+import { Pair } from './pair.js';
 import { explain, isRefused, offerKey, service, withKey } from './session.js';
 
 const BUSY_MS = 1000, CALM_MS = 5000;
@@ -10,6 +11,7 @@ const make = (tag, className, text = '') => Object.assign(document.createElement
 
 const shown = new Map();  // the row of each job on the page, by its id
 const page = new URLSearchParams(location.search);
+const pair = new Pair();
 let timer = 0, asking = null;
 
 function duration(job) {
@@ -28,10 +30,12 @@ class Row {
     this.progress = Object.assign(make('progress'), { max: 100 });
     this.facts = make('p', 'job-facts');
     this.open = make('a', 'button', 'Open');
+    this.mark = Object.assign(make('button', 'mark', 'Compare'), { type: 'button' });
+    this.mark.addEventListener('click', () => pair.toggle(this.id, `${this.title.textContent} of ${time.format(new Date(this.job.created))}`));
     this.end = Object.assign(make('button', ''), { type: 'button' });
     this.end.addEventListener('click', () => this.#end());
     const actions = make('div', 'job-actions');
-    actions.append(this.open, this.end);
+    actions.append(this.open, this.mark, this.end);
     const head = make('div', 'job-head');
     head.append(this.title, this.status);
     this.item.append(head, this.message, this.progress, this.facts, actions);
@@ -52,8 +56,15 @@ class Row {
     this.open.hidden = job.processID !== 'bake-terrain' || !(job.tiles?.done > 0);
     this.open.href = `./?job=${job.jobID}`;
     this.open.setAttribute('aria-label', `Open ${name} in the viewer`);
+    this.mark.hidden = this.open.hidden;
+    this.mark.setAttribute('aria-label', `Compare ${name}`);
+    this.showMark();
     this.end.textContent = ended ? 'Remove' : 'Cancel';
     this.end.setAttribute('aria-label', `${this.end.textContent} ${name}`);
+  }
+
+  showMark() {
+    this.mark.setAttribute('aria-pressed', pair.has(this.id));
   }
 
   async #end() {
@@ -63,7 +74,10 @@ class Row {
     try {
       await withKey(() => service.dismiss(this.id));
       say(`${this.title.textContent} is ${ended ? 'removed' : 'cancelled'}.`);
-      if (ended) element('status').focus();  // where the row was nothing is left
+      if (ended) {
+        pair.forget(this.id);
+        element('status').focus();  // where the row was nothing is left
+      }
     } catch (error) {
       say(explain(error), true);
     } finally {
@@ -141,6 +155,7 @@ function go(name, value) {
   update();
 }
 
+pair.addEventListener('change', () => shown.forEach((row) => row.showMark()));
 element('status').value = page.get('status') ?? '';
 element('status').addEventListener('change', ({ target }) => go('status', target.value));
 element('newest').addEventListener('click', () => go('before', null));

@@ -1,11 +1,10 @@
 /** The API as its own OpenAPI document and OGC API - Processes 1.0 describe it. */
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
-import { copyFile, mkdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { Contract } from './contract.mjs';
-import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { exampleScene, makeFolder, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const ogc = 'http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/';
@@ -13,12 +12,8 @@ let work, root, server, scene, contract, ask;
 
 before(async () => {
   work = await makeFolder();
-  root = join(work, 'root');
-  await mkdir(root);
-  await copyFile(join(example, 'scene.json'), join(root, 'scene.json'));
-  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
-  assert.equal(made.code, 0, made.stderr);
-  scene = JSON.parse(await readFile(join(root, 'scene.json'), 'utf8'));
+  root = await makeRoot(work);
+  scene = await exampleScene();
   server = await Server.start({ data: join(work, 'data'), roots: [root] });
   contract = new Contract(await server.json('/api'));
   ask = contract.of(server);

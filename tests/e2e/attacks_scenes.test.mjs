@@ -1,9 +1,9 @@
 /** 421 scenes made wrong from the examples and from every node type: each is answered, by 200, 400, 413 or 422, with pointers into it. */
 import assert from 'node:assert/strict';
-import { mkdir, readFile, readdir } from 'node:fs/promises';
+import { readFile, readdir } from 'node:fs/promises';
 import { join, resolve } from 'node:path';
 import { after, before, test } from 'node:test';
-import { examples, hoodoo, makeFolder, removeFolder, seededRandom } from './hoodoo.mjs';
+import { examples, makeFolder, makeRoot, removeFolder, seededRandom } from './hoodoo.mjs';
 import { mutate } from './mutate.mjs';
 import { Memory, assertWell } from './raw.mjs';
 import { Server } from './server.mjs';
@@ -28,9 +28,7 @@ async function scenes() {
 
 before(async () => {
   work = await makeFolder();
-  const root = join(work, 'root');
-  await mkdir(root);
-  assert.equal((await hoodoo(['synthesize', join(root, 'dem.tif')])).code, 0);
+  const root = await makeRoot(work);
   server = await Server.start({ data: join(work, 'data'), roots: [root] });
   for (let i = 0; i < 20; ++i) await (await server.fetch('/api')).text();
   memory = new Memory(server.child.pid);

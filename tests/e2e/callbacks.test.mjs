@@ -1,13 +1,13 @@
 /** Callbacks: what a subscriber hears, signed, at least once, through refusals and killed servers; and what the server will not ask. */
 import assert from 'node:assert/strict';
 import { createHmac } from 'node:crypto';
-import { mkdir, readFile, writeFile } from 'node:fs/promises';
+import { writeFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { Contract } from './contract.mjs';
-import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { exampleScene, hoodoo, makeFolder, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Server, freePort } from './server.mjs';
 
 const secret = 'a secret of the test';
@@ -15,13 +15,10 @@ let work, root, scene;
 
 before(async () => {
   work = await makeFolder();
-  root = join(work, 'root');
-  await mkdir(root);
+  root = await makeRoot(work);
   await writeFile(join(work, 'secret'), `${secret}\n`);
   await writeFile(join(root, 'none.tif'), 'no raster');
-  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
-  assert.equal(made.code, 0, made.stderr);
-  scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  scene = await exampleScene();
 });
 after(() => removeFolder(work));
 

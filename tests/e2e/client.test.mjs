@@ -6,7 +6,7 @@ import { openAsBlob } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
 import { after, before, test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { command, hoodoo, makeFolder, removeFolder, run } from './hoodoo.mjs';
+import { command, makeFolder, makeKey, removeFolder, run, synthesize } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const folder = resolve(import.meta.dirname, '../../client');
@@ -19,9 +19,7 @@ let work, dem, server, client;
 
 before(async () => {
   work = await makeFolder();
-  dem = join(work, 'dem.tif');
-  const made = await hoodoo(['synthesize', dem, '--pixels', '100']);
-  assert.equal(made.code, 0, made.stderr);
+  dem = await synthesize(join(work, 'dem.tif'), '--pixels', '100');
   server = await Server.start({ data: join(work, 'data') });
   client = new Hoodoo(server.url);
 });
@@ -206,12 +204,11 @@ test('An upload that the server has forgotten begins anew, one with another dige
 
 test('A key goes with every request', async () => {
   const keys = join(work, 'keys.json');
-  const made = await hoodoo(['key', keys, 'somebody', '--scopes', 'read,submit']);
-  assert.equal(made.code, 0, made.stderr);
+  const key = await makeKey(keys, 'somebody');
   const guarded = await Server.start({ data: join(work, 'guarded'), args: ['--keys', keys] });
   try {
     await assert.rejects(new Hoodoo(guarded.url).jobs(), { name: 'Problem', status: 401 });
-    const allowed = new Hoodoo(guarded.url, { key: () => made.stdout.trim() });
+    const allowed = new Hoodoo(guarded.url, { key: () => key });
     assert.deepEqual(await allowed.jobs(), { jobs: [], before: undefined });
     const job = await allowed.submit(sceneOf(await allowed.upload(await openAsBlob(dem))));
     assert.equal((await allowed.wait(job.jobID)).status, 'successful');

@@ -1,7 +1,8 @@
-/** Runs the built command (HOODOO_COMMAND) and measures it. */
+/** Runs the built command (HOODOO_COMMAND) and measures it; makes what it works on. */
+import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { createHash } from 'node:crypto';
-import { readFile, readdir, mkdtemp, rm } from 'node:fs/promises';
+import { copyFile, mkdir, readFile, readdir, mkdtemp, rm } from 'node:fs/promises';
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, relative, resolve } from 'node:path';
@@ -76,6 +77,30 @@ export async function withFolder(use) {
     await removeFolder(folder);
   }
 }
+
+/** A command that must end well; gives what it printed. */
+async function succeeds(args) {
+  const { code, stdout, stderr } = await hoodoo(args);
+  assert.equal(code, 0, stderr);
+  return stdout;
+}
+/** Writes the sample DEM; gives the file. */
+export async function synthesize(file, ...options) {
+  await succeeds(['synthesize', file, ...options]);
+  return file;
+}
+/** A folder `root` in `work` for a server to look into, with the first example, scene.json and dem.tif; gives its name. */
+export async function makeRoot(work) {
+  const root = join(work, 'root');
+  await mkdir(root);
+  await copyFile(join(example, 'scene.json'), join(root, 'scene.json'));
+  await synthesize(join(root, 'dem.tif'));
+  return root;
+}
+/** The scene of the first example. */
+export const exampleScene = async () => JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+/** A key of the service in a file of keys. */
+export const makeKey = async (file, name, ...options) => (await succeeds(['key', file, name, ...options])).trim();
 
 /** SHA-256 of every file below `folder`, hidden ones too: {relative name: digest}. */
 export async function digests(folder) {

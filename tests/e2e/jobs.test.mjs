@@ -1,13 +1,13 @@
 /** What a job survives, and what it leaves: crashes, limits, cancelling, servers that are killed again and again. */
 import assert from 'node:assert/strict';
-import { copyFile, mkdir, readFile, readdir } from 'node:fs/promises';
+import { readdir } from 'node:fs/promises';
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { DatabaseSync } from 'node:sqlite';
 import { after, before, test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { assertNoOrphans } from './folder.mjs';
-import { digests, example, hoodoo, makeFolder, removeFolder, seededRandom } from './hoodoo.mjs';
+import { digests, exampleScene, makeFolder, makeRoot, removeFolder, seededRandom } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const sanitized = Boolean(process.env.HOODOO_SANITIZED);
@@ -17,13 +17,9 @@ const long = () => ({ ...scene, bake: { ...scene.bake, spacing: 1 } });
 
 before(async () => {
   work = await makeFolder();
-  root = join(work, 'root');
+  root = await makeRoot(work);
   data = join(work, 'data');
-  await mkdir(root);
-  await copyFile(join(example, 'scene.json'), join(root, 'scene.json'));
-  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
-  assert.equal(made.code, 0, made.stderr);
-  scene = JSON.parse(await readFile(join(root, 'scene.json'), 'utf8'));
+  scene = await exampleScene();
   server = await Server.start({ data, roots: [root] });
 });
 after(async () => {

@@ -1,10 +1,9 @@
 /** Prometheus' own tool reads the figures of a server that has baked. */
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
-import { mkdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { example, hoodoo, run, withFolder } from './hoodoo.mjs';
+import { exampleScene, makeRoot, run, withFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const env = { ...process.env, PATH: `${process.env.PATH}:/usr/local/sbin` };
@@ -24,10 +23,8 @@ test('promtool finds no fault with /metrics after a bake', async (t) => {
   const missing = await run('promtool', ['--version'], { env }).then(({ code }) => code !== 0, () => true);
   if (missing) return t.skip('promtool is not there: deploy/setup.sh takes it out of the Debian package prometheus');
   await withFolder(async (work) => {
-    const root = join(work, 'root');
-    await mkdir(root);
-    assert.equal((await hoodoo(['synthesize', join(root, 'dem.tif')])).code, 0);
-    const scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+    const root = await makeRoot(work);
+    const scene = await exampleScene();
     const server = await Server.start({ data: join(work, 'data'), roots: [root] });
     try {
       const id = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 8 } });

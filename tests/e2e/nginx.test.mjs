@@ -1,11 +1,10 @@
 /** deploy/nginx/hoodoo.conf as it is, but for names and places, before a server with keys. */
 import assert from 'node:assert/strict';
-import { mkdir, readFile } from 'node:fs/promises';
 import { connect as connectTwo } from 'node:http2';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { connect } from 'node:tls';
-import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { exampleScene, makeFolder, makeKey, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Nginx } from './nginx.mjs';
 import { Server, freePort } from './server.mjs';
 
@@ -13,11 +12,9 @@ let work, server, nginx, key, scene, job;
 
 before(async () => {
   work = await makeFolder();
-  const root = join(work, 'root'), keys = join(work, 'keys.json');
-  await mkdir(root);
-  assert.equal((await hoodoo(['synthesize', join(root, 'dem.tif')])).code, 0);
-  key = (await hoodoo(['key', keys, 'artist', '--scopes', 'read,submit'])).stdout.trim();
-  scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  const root = await makeRoot(work), keys = join(work, 'keys.json');
+  key = await makeKey(keys, 'artist');
+  scene = await exampleScene();
   const port = await freePort();
   server = await Server.start({ data: join(work, 'data'), roots: [root], args: ['--public-url', `https://127.0.0.1:${port}`, '--keys', keys] });
   nginx = await Nginx.start({ folder: join(work, 'nginx'), port, upstream: new URL(server.url).port, data: join(work, 'data') });

@@ -3,10 +3,9 @@
  * against every answer that Server.fetch gives to any other test, too.
  */
 import assert from 'node:assert/strict';
-import { mkdir } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { makeFolder, makeRoot, removeFolder } from './hoodoo.mjs';
 import { checkAnswer, exceptions, relations, wrongWith } from './ogc.mjs';
 import { Server } from './server.mjs';
 
@@ -15,9 +14,7 @@ const seen = new Set();
 
 before(async () => {
   work = await makeFolder();
-  const root = join(work, 'root');
-  await mkdir(root);
-  assert.equal((await hoodoo(['synthesize', join(root, 'dem.tif')])).code, 0);
+  const root = await makeRoot(work);
   server = await Server.start({ data: join(work, 'data'), roots: [root] });
 });
 after(async () => {

@@ -1,11 +1,11 @@
 /** What those who run the server rely on: keys, readiness, a drain, figures, logs, and room for clients that dawdle. */
 import assert from 'node:assert/strict';
-import { mkdir, readFile, writeFile } from 'node:fs/promises';
+import { writeFile } from 'node:fs/promises';
 import { connect } from 'node:net';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
-import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { exampleScene, hoodoo, makeFolder, makeKey, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 let work, root, scene;
@@ -13,15 +13,10 @@ const keys = {};
 
 before(async () => {
   work = await makeFolder();
-  root = join(work, 'root');
-  await mkdir(root);
-  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
-  assert.equal(made.code, 0, made.stderr);
-  scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  root = await makeRoot(work);
+  scene = await exampleScene();
   for (const [name, scopes] of [['artist', 'read,submit'], ['other', 'read,submit'], ['monitor', 'read'], ['ops', 'admin']]) {
-    const { code, stdout, stderr } = await hoodoo(['key', join(work, 'keys.json'), name, '--scopes', scopes]);
-    assert.equal(code, 0, stderr);
-    keys[name] = stdout.trim();
+    keys[name] = await makeKey(join(work, 'keys.json'), name, '--scopes', scopes);
   }
 });
 after(() => removeFolder(work));

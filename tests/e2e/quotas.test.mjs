@@ -1,12 +1,12 @@
 /** What a key may use at most, and what becomes of assets that nobody needs. */
 import assert from 'node:assert/strict';
 import { createHash, randomBytes } from 'node:crypto';
-import { mkdir, readFile, readdir, writeFile } from 'node:fs/promises';
+import { readFile, readdir, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { Contract } from './contract.mjs';
-import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { exampleScene, hoodoo, makeFolder, makeKey, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 let work, root, scene, dem;
@@ -18,16 +18,11 @@ const limits = {
 
 before(async () => {
   work = await makeFolder();
-  root = join(work, 'root');
-  await mkdir(root);
-  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
-  assert.equal(made.code, 0, made.stderr);
+  root = await makeRoot(work);
   dem = await readFile(join(root, 'dem.tif'));
-  scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  scene = await exampleScene();
   for (const [name, options] of Object.entries(limits)) {
-    const { code, stdout, stderr } = await hoodoo(['key', join(work, 'keys.json'), name, ...options]);
-    assert.equal(code, 0, stderr);
-    keys[name] = stdout.trim();
+    keys[name] = await makeKey(join(work, 'keys.json'), name, ...options);
   }
 });
 after(() => removeFolder(work));

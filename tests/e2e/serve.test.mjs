@@ -1,10 +1,10 @@
 /** The job server as a client meets it: post, poll, fetch, cancel, stop, start again. */
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
-import { copyFile, mkdir, readFile, symlink, writeFile } from 'node:fs/promises';
+import { readFile, symlink, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { digests, example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { digests, exampleScene, hoodoo, makeFolder, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const sanitized = Boolean(process.env.HOODOO_SANITIZED);
@@ -16,13 +16,9 @@ const long = () => ({ ...scene, bake: { ...scene.bake, spacing: 1 } });
 
 before(async () => {
   work = await makeFolder();
-  root = join(work, 'root');
+  root = await makeRoot(work);
   data = join(work, 'data');
-  await mkdir(root);
-  await copyFile(join(example, 'scene.json'), join(root, 'scene.json'));
-  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
-  assert.equal(made.code, 0, made.stderr);
-  scene = JSON.parse(await readFile(join(root, 'scene.json'), 'utf8'));
+  scene = await exampleScene();
   await writeFile(join(work, 'outside.tif'), await readFile(join(root, 'dem.tif')));
   await symlink('../outside.tif', join(root, 'link.tif'));
   server = await Server.start({ data, roots: [root] });

@@ -7,7 +7,7 @@ import { chmod, copyFile, mkdir, readFile, readdir, writeFile } from 'node:fs/pr
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { digests, example, hoodoo, makeFolder, removeFolder, seededRandom, withFolder } from './hoodoo.mjs';
+import { digests, exampleScene, hoodoo, makeFolder, removeFolder, seededRandom, withFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const seed = Number(process.env.HOODOO_SEED ?? Math.floor(Math.random() * 2 ** 31));
@@ -19,7 +19,7 @@ before(async () => {
   work = await makeFolder();
   const made = await hoodoo(['synthesize', join(work, 'dem.tif')]);
   assert.equal(made.code, 0, made.stderr);
-  original = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  original = await exampleScene();
   original.bake = { spacing, tile_cells: cells };
   scene = await write('scene', original);
   reference = join(work, 'reference');

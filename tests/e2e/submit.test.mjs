@@ -5,7 +5,7 @@ import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { launch, openPage, settle } from './browser.mjs';
 import { writeDem } from './dem.mjs';
-import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { example, makeFolder, makeKey, removeFolder, synthesize } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const sizes = [[1280, 800], [400, 800]];
@@ -14,9 +14,7 @@ let work, server, browser, dem, scene;
 
 before(async () => {
   work = await makeFolder();
-  dem = join(work, 'coast.tif');
-  const made = await hoodoo(['synthesize', dem]);
-  assert.equal(made.code, 0, made.stderr);
+  dem = await synthesize(join(work, 'coast.tif'));
   const root = join(work, 'root');
   await mkdir(root);
   await writeDem(join(root, 'flat.tif'), 64, 2, () => 10);
@@ -216,6 +214,55 @@ test('The list of jobs shows how far each is; one is cancelled and removed, and 
   await page.end();
 });
 
+test('Two jobs that are marked are shown side by side, wide and narrow', async () => {
+  const jobs = [];
+  for (const [spacing, name] of [[8, 'Left'], [4, 'Right'], [2, 'Third']]) jobs.push(await server.submit(flat(spacing, name)));
+  for (const id of jobs) await server.follow(id);
+  const cancelled = await server.submit(flat(0.05, 'Unbaked'));
+  await server.fetch(`/jobs/${cancelled}`, { method: 'DELETE' });
+  for (const size of sizes) {
+    const page = await open('jobs.html', size);
+    const mark = (name) => page.getByRole('button', { name: `Compare ${name}` });
+    const marked = async () => Promise.all(['Left', 'Right', 'Third'].map((name) => mark(name).getAttribute('aria-pressed')));
+    const link = page.getByRole('link', { name: 'Show side by side' });
+    await mark('Left').waitFor();
+    assert.equal(await mark('Unbaked').count(), 0, 'there is nothing of it to see');
+    assert.ok(await page.isHidden('#pair'));
+    await mark('Third').press('Enter');
+    assert.match(await page.textContent('#pair-text'), /^Third of .*: mark another one/);
+    assert.equal(await link.count(), 0);
+    await mark('Third').click();
+    assert.ok(await page.isHidden('#pair'), 'it is not marked any more');
+
+    for (const name of ['Left', 'Third', 'Right']) await mark(name).click();
+    assert.deepEqual(await marked(), ['true', 'true', 'false'], 'the third one takes the place of the second');
+    await page.reload();
+    await mark('Left').waitFor();
+    assert.deepEqual(await marked(), ['false', 'false', 'false']);
+    for (const name of ['Left', 'Right']) await mark(name).click();
+    assert.match(await page.textContent('#pair-text'), /^Left of .*, and Right of /);
+    assert.deepEqual(await barriers(page), [], `marked at ${size[0]}`);
+    assert.equal(await wide(page), false);
+    const box = await link.boundingBox();
+    assert.ok(box.x >= 0 && box.x + box.width <= size[0] && box.y + box.height <= size[1], 'the bar is in sight');
+    await link.click();
+    await page.waitForURL(`${server.url}/viewer/?job=${jobs[0]}&with=${jobs[1]}*`);
+    await settle(page);
+    assert.deepEqual(await page.evaluate(() => globalThis.hoodoo.compare !== null), true);
+    assert.deepEqual(page.problems, []);
+    await page.end();
+  }
+  const page = await open('jobs.html');
+  for (const name of ['Left', 'Right']) await page.getByRole('button', { name: `Compare ${name}` }).click();
+  await page.getByRole('button', { name: 'Remove Left' }).click();
+  await page.locator('#remove-dialog').getByRole('button', { name: 'Remove' }).click();
+  await page.waitForFunction(() => /^Right of .*: mark another/.test(document.getElementById('pair-text').textContent));
+  await page.getByRole('button', { name: 'Clear' }).click();
+  assert.ok(await page.isHidden('#pair'));
+  assert.deepEqual(page.problems, []);
+  await page.end();
+});
+
 test('Jobs come page by page', async () => {
   const pages = await Server.start({ data: join(work, 'pages') });
   try {
@@ -240,8 +287,7 @@ test('Jobs come page by page', async () => {
 
 test('A service with keys asks for one, which is kept until the tab is closed', async () => {
   const keys = join(work, 'keys.json');
-  const made = await hoodoo(['key', keys, 'somebody', '--scopes', 'read,submit']);
-  assert.equal(made.code, 0, made.stderr);
+  const key = await makeKey(keys, 'somebody');
   const guarded = await Server.start({ data: join(work, 'guarded'), args: ['--keys', keys] });
   try {
     const page = await open('jobs.html', sizes[0], guarded);
@@ -249,7 +295,7 @@ test('A service with keys asks for one, which is kept until the tab is closed', 
     await page.keyboard.press('Escape');
     await says(page, 'message', /needs a key/);
     await page.click('#key-button');
-    await page.fill('#key', made.stdout.trim());
+    await page.fill('#key', key);
     await page.keyboard.press('Enter');
     await page.waitForSelector('#empty:not([hidden])');
     page.problems.length = 0;   // the browser tells of the refusal

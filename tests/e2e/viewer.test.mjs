@@ -1,22 +1,18 @@
 /** The web viewer in a browser: it follows a job while it bakes, and does what its panel and keys say. */
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
-import { mkdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { launch, openPage, settle } from './browser.mjs';
-import { example, hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
+import { exampleScene, makeFolder, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 let work, server, browser, scene, id;
 
 before(async () => {
   work = await makeFolder();
-  const root = join(work, 'root');
-  await mkdir(root);
-  const made = await hoodoo(['synthesize', join(root, 'dem.tif')]);
-  assert.equal(made.code, 0, made.stderr);
-  scene = JSON.parse(await readFile(join(example, 'scene.json'), 'utf8'));
+  const root = await makeRoot(work);
+  scene = await exampleScene();
   server = await Server.start({ data: join(work, 'data'), roots: [root] });
   browser = await launch();
 });
