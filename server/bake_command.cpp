@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct BakeOptions {
-  std::string scene, folder, only, shard, cache, base, progress = "auto";
+  std::string scene, folder, only, shard, cache, reuse, base, progress = "auto";
   std::vector<std::string> roots;
   Resources resources;
   std::optional<int> draco_speed;
@@ -140,6 +140,11 @@ int run_bake(const BakeOptions& options, bool as_json) {
     }
   }
   settings.cache = options.cache;
+  settings.reuse = options.reuse;
+  if (!options.reuse.empty() && !fs::exists(settings.reuse / "bake.json")) {
+    throw Error(Fault::not_found, options.reuse,
+                "holds no bake.json: --reuse takes a bake's folder");
+  }
   if (options.live_index_ms > 0) {
     settings.live_index = std::chrono::milliseconds(options.live_index_ms);
   }
@@ -174,6 +179,8 @@ void add_bake(CLI::App& app, int* exit) {
                    "Bake part i of N alone, i/N with i from 1; into the same folder or one of its "
                    "own, for merge")
       ->excludes(only);
+  command->add_option("--reuse", options->reuse,
+                      "Folder of an earlier bake; tiles that would be the same are taken from it");
   command->add_option("--cache", options->cache,
                       "Folder of finished tiles to share between bakes and machines");
   command

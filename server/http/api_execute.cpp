@@ -32,16 +32,23 @@ Response outputs(const char* name, json value, bool raw) {
   return document(value);
 }
 
+bool is_baked(const std::optional<job::Job>& job) {
+  return job && job->status == job::Status::successful && job->process == job::bake_process;
+}
+
 }  // namespace
 
 References Api::references() const {
-  return {settings_.base, settings_.roots, [this](std::string_view name) {
+  return {settings_.base, settings_.roots,
+          [this](std::string_view name) {
             std::optional<std::filesystem::path> folder;
             const auto job = queue_.find(name);
-            const bool baked =
-                job && job->status == job::Status::successful && job->process == job::bake_process;
-            if (baked) folder = queue_.results(name);
+            if (is_baked(job)) folder = queue_.results(name);
             return job ? folder : settings_.tilesets.folder(name);
+          },
+          [this](std::string_view id) -> std::optional<std::filesystem::path> {
+            if (!is_baked(queue_.find(id))) return std::nullopt;
+            return queue_.results(id).parent_path() / "scene.json";
           }};
 }
 
@@ -59,7 +66,8 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   }
   // Parsed it takes many times its size.
   std::unique_lock turn(large_, std::defer_lock);
-  if (request.body.size() > most_paused) turn.lock();
+  const bool edits = request.body.find("\"base\"") != std::string::npos;  // a scene read from disk
+  if (request.body.size() > most_paused || edits) turn.lock();
   Execution execution;
   try {
     execution = read_execution(parameters[0], request, references());

@@ -120,22 +120,54 @@ std::string dem_of(const json& value, const References& references) {
 }
 
 /// ".../jobs/ID" or ".../tilesets/NAME", whatever follows; or that last part alone.
+std::string bake_named(const json& value, const std::string& pointer,
+                       const References& references) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!is_reference(value)) return {};
+  const auto target = target_of(value, pointer, references);
+  for (const std::string_view start : {"/jobs/", "/tilesets/"}) {
+    if (target.is_file || !target.name.starts_with(start)) continue;
+    const auto name = target.name.substr(start.size());
+    return name.substr(0, name.find('/'));
+  }
+  return {};
+}
 std::string tileset_of(const json& value, const std::string& pointer,
                        const References& references) {
-  std::string name;
-  if (value.is_string()) {
-    name = value.get<std::string>();
-  } else if (is_reference(value)) {
-    const auto target = target_of(value, pointer, references);
-    for (const std::string_view start : {"/jobs/", "/tilesets/"}) {
-      if (target.is_file || !target.name.starts_with(start)) continue;
-      name = target.name.substr(start.size());
-      name = name.substr(0, name.find('/'));
-    }
-  }
+  const auto name = bake_named(value, pointer, references);
   const auto folder = references.tileset(name);
   if (!folder) refuse(pointer, "must name a finished bake: a job's id, or a tileset's name");
   return folder->string();
+}
+
+/// The scene of the bake `id`, changed by a JSON Patch (RFC 6902). Without "copy", by which few
+/// bytes could make many.
+json edited(std::string_view id, const json& patch, const References& references) {
+  constexpr std::size_t most_changes = 1000;
+  const std::string pointer = "/inputs/edit";
+  if (!patch.is_array()) refuse(pointer, "must be a JSON Patch, an array of changes");
+  if (patch.size() > most_changes) {
+    refuse(pointer, fmt::format("has {} changes, the limit is {}", patch.size(), most_changes));
+  }
+  auto scene = parse(read_file(references.scene(id).value(), most_body), "/inputs/base");
+  for (std::size_t n = 0; n < patch.size(); ++n) {
+    const auto where = fmt::format("{}/{}", pointer, n);
+    const auto& change = patch[n];
+    const auto op = change.is_object() ? change.value("op", json()) : json();
+    const json known{"add", "remove", "replace", "move", "test"};
+    if (std::ranges::find(known, op) == known.end()) {
+      refuse(where + "/op", "must be one of " + known.dump());
+    }
+    try {
+      scene.patch_inplace(json::array({change}));
+    } catch (const json::exception&) {
+      refuse(where, op == "test" ? "the scene of the base has another value there"
+                                 : "cannot be done: its path, from or value is missing, or does "
+                                   "not lead into the scene of the base");
+    }
+  }
+  if (!scene.is_object()) refuse(pointer, "leaves no object");
+  return scene;
 }
 
 /// Names of the outputs that are wanted; all when the body does not say.
@@ -172,6 +204,25 @@ void check_names(const json& inputs, const std::vector<std::string>& names, std:
   if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
 }
 
+json bake_inputs_of(json& inputs, const References& references) {
+  check_names(inputs, {"scene", "base", "edit"}, 0);
+  const bool changed = inputs.contains("edit");
+  if (changed == inputs.contains("scene")) {
+    refuse("/inputs/scene", changed ? "is one too many beside edit" : "is missing");
+  }
+  if (changed && !inputs.contains("base")) refuse("/inputs/base", "is missing: edit changes it");
+  json read;
+  if (inputs.contains("base")) {
+    const auto base = bake_named(inputs["base"], "/inputs/base", references);
+    if (!references.scene(base))
+      refuse("/inputs/base", "must name a finished bake by its job's id");
+    read["base"] = base;
+  }
+  read["scene"] = changed ? edited(read["base"].get<std::string>(), inputs["edit"], references)
+                          : scene_of(std::move(inputs["scene"]), references);
+  return read;
+}
+
 /// Takes what it needs out of the body, which may be large: it was of `size` bytes.
 json inputs_of(std::string_view process, json& body, std::size_t size,
                const References& references) {
@@ -200,6 +251,7 @@ json inputs_of(std::string_view process, json& body, std::size_t size,
     }
     return {{"echo", std::move(inputs["echo"])}, {"pause", pause}};
   }
+  if (process == job::bake_process) return bake_inputs_of(inputs, references);
   check_names(inputs, {"scene"}, 1);
   return {{"scene", scene_of(std::move(inputs["scene"]), references)}};
 }

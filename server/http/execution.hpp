@@ -23,6 +23,8 @@ struct References {
   std::vector<std::filesystem::path> roots;  // "file:" and assets lie below one of these
   /// The folder of a finished bake by the id of its job or the name of its tileset.
   std::function<std::optional<std::filesystem::path>(std::string_view name)> tileset;
+  /// The scene of a finished bake by the id of its job.
+  std::function<std::optional<std::filesystem::path>(std::string_view id)> scene;
 };
 
 /// One request to carry out a process.

@@ -83,8 +83,18 @@ void describe_bake(json& process, const json& scene_schema) {
   process["inputs"]["scene"] =
       input("Scene",
             "What to bake. Files are named below the folders this server was given; an asset by "
-            "its name, sha256-HEX.",
-            scene_schema);
+            "its name, sha256-HEX. May be left out where base and edit make it.",
+            scene_schema, 0);
+  process["inputs"]["base"] =
+      input("Base",
+            "An earlier bake, by the id of its job or a reference to it: what would be the same is "
+            "taken from it.",
+            {{"type", "string"}}, 0);
+  process["inputs"]["edit"] =
+      input("Edit",
+            "In place of a scene: a JSON Patch (RFC 6902, without copy) of the base's scene, of "
+            "1000 changes at most.",
+            {{"type", "array"}, {"items", {{"type", "object"}}}}, 0);
   process["outputs"] = {
       {"tileset", output("Tileset", "tileset.json of 3D Tiles 1.1")},
       {"manifest", output("Manifest", "bake.json: every tile with its hashes and numbers")},

@@ -97,6 +97,7 @@ Outcome bake(const Commands& commands, const Work& work) {
   if (!commands.cache.empty()) {
     arguments.insert(arguments.end(), {"--cache", commands.cache.string()});
   }
+  if (!work.reuse.empty()) arguments.insert(arguments.end(), {"--reuse", work.reuse.string()});
   const auto ended = run_on(commands, arguments, work, [&](std::string_view line) {
     try {
       work.progress(progress_from(parse_json(line, "")));

@@ -104,6 +104,7 @@ struct Scratch {
 
 struct Queue::Entry {
   Job job;
+  bool saved = true;  // what the job is, once it has ended
   std::stop_source stop;
 };
 
@@ -203,6 +204,9 @@ Submitted Queue::submit(const Request& request) {
   try {
     if (is_bake(request)) {
       write_file(home / "scene.json", request.inputs.at("scene").dump());
+      if (const auto base = request.inputs.find("base"); base != request.inputs.end()) {
+        write_file(home / "base", base->get<std::string>());
+      }
     } else {
       write_file(home / "inputs.json", request.inputs.dump());
     }
@@ -251,7 +255,7 @@ std::optional<Job> Queue::dismiss(std::string_view id) {
   if (const auto live = running_.find(id); live != running_.end()) {
     const auto entry = live->second;
     if (!has_ended(entry->job.status)) {
-      end(entry->job, Status::dismissed);
+      entry->saved = end(entry->job, Status::dismissed);
       auto job = entry->job;
       guard.unlock();  // what runs on a stop request may report progress
       entry->stop.request_stop();
@@ -281,10 +285,20 @@ fs::path Queue::results(std::string_view id) const { return folder(id) / "out"; 
 void Queue::work(const std::stop_token& stop) {
   while (const auto entry = next(stop)) {
     run(*entry, stop);
+    save_end(*entry, stop);
     count_bytes(entry->job.id);
     const std::lock_guard guard(mutex_);
     running_.erase(entry->job.id);
     left_.notify_all();
+  }
+}
+
+/// A disk that is full may have room again; until then the end of a job is known here alone.
+void Queue::save_end(Entry& entry, const std::stop_token& stop) {
+  std::unique_lock guard(mutex_);
+  while (!entry.saved && !stop.stop_requested()) {
+    left_.wait_for(guard, stop, std::chrono::seconds(1), [] { return false; });
+    entry.saved = save(entry.job);
   }
 }
 
@@ -312,6 +326,16 @@ std::shared_ptr<Queue::Entry> Queue::next(const std::stop_token& stop) {
   return entry;
 }
 
+/// The results of the bake that a job begins with, as long as they are kept.
+fs::path Queue::base_of(const Job& job) const {
+  const auto file = folder(job.id) / "base";
+  std::error_code error;
+  if (job.process != bake_process || !fs::exists(file, error)) return {};
+  const auto base = read_file(file, 100);
+  if (!is_id(base) || !fs::exists(results(base) / "bake.json", error)) return {};
+  return results(base);
+}
+
 /// Carries out one job. What the queue's own stop interrupts waits again at the next start.
 void Queue::run(Entry& entry, const std::stop_token& stop) {
   const std::stop_callback forward(stop, [&entry] { entry.stop.request_stop(); });
@@ -320,10 +344,10 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
     if (entry.job.status != Status::running || stop.stop_requested()) return;
     entry.job.fault = fault;
     entry.job.problems = std::move(problems);
-    end(entry.job, Status::failed);
+    entry.saved = end(entry.job, Status::failed);
   };
   try {
-    Work work{entry.job.process, folder(entry.job.id),   {},
+    Work work{entry.job.process, folder(entry.job.id),   {}, base_of(entry.job),
               entry.job.bounds,  entry.stop.get_token(), {}};
     if (work.process != bake_process) {
       work.inputs = parse_json(read_file(work.folder / "inputs.json", most_inputs), "inputs.json");
@@ -338,7 +362,7 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
     const std::lock_guard guard(mutex_);
     if (entry.job.status != Status::running) return;
     entry.job.outcome = std::move(outcome);
-    end(entry.job, Status::successful);
+    entry.saved = end(entry.job, Status::successful);
   } catch (const Error& error) {
     fail(error.fault, error.problems);
   } catch (const std::exception& error) {

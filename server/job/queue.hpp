@@ -24,6 +24,7 @@ struct Work {
   std::string process;
   std::filesystem::path folder;  // scene.json of a bake; results go to out/
   nlohmann::json inputs;         // of every other process
+  std::filesystem::path reuse;   // results of an earlier bake; empty: of none
   Bounds bounds;                 // of a bake
   std::stop_token stop;
   std::function<void(const bake::Progress&)> progress;
@@ -73,7 +74,8 @@ struct Told {
 /// Jobs in the order of their priority, then as they came, carried out by threads of the queue.
 ///
 /// A job lives in data/jobs/ID, scene.json or inputs.json and its results in out/, and as a row of
-/// data/jobs.db, on the disk before anybody hears of it. A queue on the same data takes up what an
+/// data/jobs.db, on the disk before anybody hears of it. A bake whose inputs name a "base", the id
+/// of an earlier one, takes from that what would be the same, as long as it is kept. A queue on the same data takes up what an
 /// earlier one, stopped or killed, did not finish: a bake continues from its finished tiles.
 /// One process at a time may use the data. Every member may be called from any thread.
 class Queue {
@@ -138,6 +140,8 @@ class Queue {
   std::optional<Submitted> refusal(const Request& request) const;
   std::shared_ptr<Entry> next(const std::stop_token& stop);
   void run(Entry& entry, const std::stop_token& stop);
+  void save_end(Entry& entry, const std::stop_token& stop);
+  std::filesystem::path base_of(const Job& job) const;
   bool end(Job& job, Status status);
   bool save(const Job& job);
   std::optional<Delivery> delivery_of(const Job& job) const;

@@ -58,7 +58,7 @@ export class Server {
     const document = join(await mkdtemp(join(tmpdir(), 'hoodoo-prism-')), 'api.json');
     await writeFile(document, await (await this.fetch('/api')).text());
     const port = await freePort();
-    const proxy = spawn(prism, ['proxy', document, this.url, '--port', port, '--errors', '--validate-request', 'false'], { stdio: 'ignore' });
+    const proxy = spawn(process.execPath, [prism, 'proxy', document, this.url, '--port', port, '--errors', '--validate-request', 'false'], { stdio: 'ignore' });
     this.ended.then(() => proxy.kill());
     this.proxy = `http://127.0.0.1:${port}`;
     while (!await fetch(`${this.proxy}/healthz`).then(() => true, () => false)) await sleep(50);

@@ -100,6 +100,7 @@ class Run {
     open.checked = [&] {
       checked = Clock::now();
       use_.emplace(folder_, settings_.stop);
+      if (!settings_.reuse.empty()) share_elevations(settings_.reuse, folder_, settings_.stop);
     };
     open.ingested = [&] { ingested = Clock::now(); };
     scene_ = scene::open(scene, sources, open);
@@ -229,6 +230,9 @@ class Run {
     const auto hash = slice.hash();
     auto source = Source::folder;
     auto record = settings_.force ? std::nullopt : find_finished(hash, folder_);
+    if (!record && !settings_.reuse.empty() && !settings_.force) {
+      record = share_finished(hash, settings_.reuse, folder_);
+    }
     if (!record && cache_ && !settings_.force) {
       source = Source::cache;
       record = take_cached(hash, *cache_, folder_);

@@ -20,7 +20,7 @@ struct Progress {
   enum class Phase { ingest, tiles, index, done } phase = Phase::ingest;
   double ingest = 0;                  // fraction
   std::uint64_t done = 0, total = 0;  // tiles: of this run; once it is done, of the whole bake
-  std::uint64_t reused = 0;           // of `done`, those found finished
+  std::uint64_t reused = 0;           // of `done`, those found finished, here or in Settings::reuse
   std::uint64_t cached = 0;           // of `done`, those taken from the cache
   std::uint64_t triangles = 0, bytes = 0;
 };
@@ -37,6 +37,9 @@ struct Settings {
   bool force = false;                            // bake tiles again that are finished
   /// Finished tiles of any bakes, shared with others; empty: none. See store::Cache.
   std::filesystem::path cache;
+  /// The folder of an earlier bake: its tiles and elevations are taken where they would be the
+  /// same; empty: none.
+  std::filesystem::path reuse;
   std::stop_token stop;
   /// Called from any thread, not at the same time twice.
   std::function<void(const Progress&)> progress;

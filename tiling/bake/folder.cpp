@@ -24,6 +24,29 @@ FolderInUse::FolderInUse(fs::path folder, const std::stop_token& stop)
       use_(std::make_unique<FileLock>(folder_ / ".hoodoo" / "use.lock", FileLock::Kind::shared,
                                       stop)) {}
 
+void share_elevations(const fs::path& from, const fs::path& into, const std::stop_token& stop) {
+  std::error_code error;
+  for (fs::directory_iterator at(from / elevations_path(), error), end; !error && at != end;
+       at.increment(error)) {
+    const auto digest = Digest::parse(at->path().filename().native());
+    if (!digest || !fs::exists(at->path() / "pyramid.json")) continue;
+    const auto place = into / elevations_path() / digest->hex();
+    const FileLock lock(place.string() + ".lock", FileLock::Kind::exclusive, stop);
+    if (fs::exists(place / "pyramid.json")) continue;
+    const fs::path unfinished = place.string() + ".part";
+    std::error_code failure;
+    fs::remove_all(unfinished, failure);
+    using Options = fs::copy_options;
+    fs::copy(at->path(), unfinished, Options::recursive | Options::create_hard_links, failure);
+    if (failure) {  // on another disk
+      fs::remove_all(unfinished, failure);
+      fs::copy(at->path(), unfinished, Options::recursive, failure);
+    }
+    if (!failure) fs::rename(unfinished, place, failure);
+    if (failure) throw Error(Fault::io, place.string(), failure.message());
+  }
+}
+
 tileset::Record read_record(const fs::path& folder, const Digest& slice) {
   const auto path = folder / record_path(slice);
   const auto where = path.string();

@@ -37,6 +37,11 @@ class FolderInUse {
 /// Where a bake keeps elevations, relative to its folder.
 std::filesystem::path elevations_path();
 
+/// Takes elevations from the folder of another bake that `into` does not have, as the same files
+/// where the disk can have one in two folders. Errors: io, cancelled.
+void share_elevations(const std::filesystem::path& from, const std::filesystem::path& into,
+                      const std::stop_token& stop);
+
 /// The record of a finished tile in a bake's folder. Errors: not_found, io, bad_input.
 tileset::Record read_record(const std::filesystem::path& folder, const Digest& slice);
 

@@ -114,6 +114,20 @@ std::optional<tileset::Record> find_finished(const Digest& hash, const fs::path&
   }
 }
 
+std::optional<tileset::Record> share_finished(const Digest& hash, const fs::path& from,
+                                              const fs::path& folder) {
+  const auto record = find_finished(hash, from);
+  if (!record) return std::nullopt;
+  try {
+    for (const auto& file : record->files()) store::share_tile(from, folder, file.content);
+  } catch (const Error& error) {
+    if (error.fault != Fault::bad_input && error.fault != Fault::not_found) throw;
+    return std::nullopt;  // damaged, or removed meanwhile
+  }
+  write_record(folder, *record);
+  return record;
+}
+
 std::optional<tileset::Record> take_cached(const Digest& hash, const store::Cache& cache,
                                            const fs::path& folder) {
   const auto entry = cache.get(hash);

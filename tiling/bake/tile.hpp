@@ -24,6 +24,10 @@ tileset::Record bake_tile(const slice::Slice& slice, const Digest& hash,
 std::optional<tileset::Record> find_finished(const Digest& hash,
                                              const std::filesystem::path& folder);
 
+/// The same from the folder of another bake, which then shares its files with `folder`. Errors: io.
+std::optional<tileset::Record> share_finished(const Digest& hash, const std::filesystem::path& from,
+                                              const std::filesystem::path& folder);
+
 /// The same from a cache, whose tile is put into `folder`. Errors: io.
 std::optional<tileset::Record> take_cached(const Digest& hash, const store::Cache& cache,
                                            const std::filesystem::path& folder);

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "server/job/database.hpp"
 #include "tests/server/queue_engine.hpp"
 #include "tests/server/temporary_folder.hpp"
 
@@ -244,6 +245,26 @@ TEST(Queue, KeepsWhyAJobFailed) {
   ASSERT_EQ(all(queue).size(), 1U);
   EXPECT_EQ(all(queue)[0].status, Status::failed);
   EXPECT_EQ(all(queue)[0].problems.at(0).what, "is full");
+}
+
+TEST(Queue, WritesTheEndOfAJobAsSoonAsItCan) {
+  const TemporaryFolder folder;
+  std::unique_ptr<job::Database> other;
+  Queue queue(settings_in(folder), engine_of([&](const auto&) {
+                other = std::make_unique<job::Database>(folder.path / "data/jobs.db");
+                other->execute("BEGIN IMMEDIATE");  // nobody else can write, as on a full disk
+                return finished();
+              }));
+  const auto id = queue.submit(bake_of(good_scene())).job.id;
+  wait_for(queue, id, Status::successful);
+  EXPECT_EQ(queue.count(Status::successful), 0U);
+  other->execute("COMMIT");
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (queue.count(Status::successful) == 0 && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(queue.count(Status::successful), 1U);
+  EXPECT_EQ(queue.find(id)->status, Status::successful);
 }
 
 TEST(Queue, ContinuesWhatAnEarlierOneDidNotFinish) {
