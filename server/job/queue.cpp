@@ -293,15 +293,6 @@ void Queue::work(const std::stop_token& stop) {
   }
 }
 
-/// A disk that is full may have room again; until then the end of a job is known here alone.
-void Queue::save_end(Entry& entry, const std::stop_token& stop) {
-  std::unique_lock guard(mutex_);
-  while (!entry.saved && !stop.stop_requested()) {
-    left_.wait_for(guard, stop, std::chrono::seconds(1), [] { return false; });
-    entry.saved = save(entry.job);
-  }
-}
-
 /// Waits for a job and marks it running; null when the queue stops.
 std::shared_ptr<Queue::Entry> Queue::next(const std::stop_token& stop) {
   std::unique_lock guard(mutex_);
@@ -324,16 +315,6 @@ std::shared_ptr<Queue::Entry> Queue::next(const std::stop_token& stop) {
   save(job);
   running_[job.id] = entry;
   return entry;
-}
-
-/// The results of the bake that a job begins with, as long as they are kept.
-fs::path Queue::base_of(const Job& job) const {
-  const auto file = folder(job.id) / "base";
-  std::error_code error;
-  if (job.process != bake_process || !fs::exists(file, error)) return {};
-  const auto base = read_file(file, 100);
-  if (!is_id(base) || !fs::exists(results(base) / "bake.json", error)) return {};
-  return results(base);
 }
 
 /// Carries out one job. What the queue's own stop interrupts waits again at the next start.

@@ -51,6 +51,25 @@ void Queue::sweep() {
   sweep_assets();
 }
 
+/// The results of the bake that a job begins with, as long as they are kept.
+fs::path Queue::base_of(const Job& job) const {
+  const auto file = folder(job.id) / "base";
+  std::error_code error;
+  if (job.process != bake_process || !fs::exists(file, error)) return {};
+  const auto base = read_file(file, 100);
+  if (!is_id(base) || !fs::exists(results(base) / "bake.json", error)) return {};
+  return results(base);
+}
+
+/// A disk that is full may have room again; until then the end of a job is known here alone.
+void Queue::save_end(Entry& entry, const std::stop_token& stop) {
+  std::unique_lock guard(mutex_);
+  while (!entry.saved && !stop.stop_requested()) {
+    left_.wait_for(guard, stop, std::chrono::seconds(1), [] { return false; });
+    entry.saved = save(entry.job);
+  }
+}
+
 /// Those that came, or went, while no queue looked.
 void Queue::sweep_assets() {
   std::set<std::string> found;
