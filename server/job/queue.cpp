@@ -102,12 +102,6 @@ struct Scratch {
 
 }  // namespace
 
-struct Queue::Entry {
-  Job job;
-  bool saved = true;  // what the job is, once it has ended
-  std::stop_source stop;
-};
-
 Queue::Queue(Settings settings, Engine engine)
     : settings_(checked(std::move(settings))), engine_(std::move(engine)) {
   lock_data();

@@ -75,9 +75,10 @@ struct Told {
 ///
 /// A job lives in data/jobs/ID, scene.json or inputs.json and its results in out/, and as a row of
 /// data/jobs.db, on the disk before anybody hears of it. A bake whose inputs name a "base", the id
-/// of an earlier one, takes from that what would be the same, as long as it is kept. A queue on the same data takes up what an
-/// earlier one, stopped or killed, did not finish: a bake continues from its finished tiles.
-/// One process at a time may use the data. Every member may be called from any thread.
+/// of an earlier one, takes from that what would be the same, as long as it is kept. A queue on the
+/// same data takes up what an earlier one, stopped or killed, did not finish: a bake continues from
+/// its finished tiles. One process at a time may use the data. Every member may be called from any
+/// thread.
 class Queue {
  public:
   /// Errors: io (the data cannot be used, or another process does).
@@ -128,7 +129,11 @@ class Queue {
                const std::function<void()>& remove);
 
  private:
-  struct Entry;
+  struct Entry {
+    Job job;
+    bool saved = true;  // what the job is, once it has ended
+    std::stop_source stop;
+  };
 
   void lock_data();
   void sweep();
