@@ -141,7 +141,8 @@ int run_bake(const BakeOptions& options, bool as_json) {
   }
   settings.cache = options.cache;
   settings.reuse = options.reuse;
-  if (!options.reuse.empty() && !fs::exists(settings.reuse / "bake.json")) {
+  std::error_code error;
+  if (!options.reuse.empty() && !fs::exists(settings.reuse / "bake.json", error)) {
     throw Error(Fault::not_found, options.reuse,
                 "holds no bake.json: --reuse takes a bake's folder");
   }

@@ -49,7 +49,8 @@ References Api::references() const {
           [this](std::string_view id) -> std::optional<std::filesystem::path> {
             if (!is_baked(queue_.find(id))) return std::nullopt;
             return queue_.results(id).parent_path() / "scene.json";
-          }};
+          },
+          [] {}};
 }
 
 Response Api::execute(const Request& request, const Parameters& parameters) {
@@ -66,11 +67,14 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   }
   // Parsed it takes many times its size.
   std::unique_lock turn(large_, std::defer_lock);
-  const bool edits = request.body.find("\"base\"") != std::string::npos;  // a scene read from disk
-  if (request.body.size() > most_paused || edits) turn.lock();
+  if (request.body.size() > most_paused) turn.lock();
+  auto references = this->references();
+  references.before_reading = [&turn] {
+    if (!turn.owns_lock()) turn.lock();
+  };
   Execution execution;
   try {
-    execution = read_execution(parameters[0], request, references());
+    execution = read_execution(parameters[0], request, references);
   } catch (const Error& error) {
     return problem(error.fault == Fault::limit ? 413 : 400,
                    "The body must be {\"inputs\": {...}} with the inputs of the process.",

@@ -104,6 +104,7 @@ json scene_of(json value, const References& references) {
   const auto target = target_of(value, pointer, references);
   if (!target.is_file) refuse(pointer + "/href", "is no file");
   const auto file = file_below(target.name, pointer + "/href", references);
+  references.before_reading();
   auto scene = parse(read_file(file, most_body), target.name);
   if (!scene.is_object()) refuse(pointer + "/href", "is no object");
   return scene;
@@ -140,36 +141,6 @@ std::string tileset_of(const json& value, const std::string& pointer,
   return folder->string();
 }
 
-/// The scene of the bake `id`, changed by a JSON Patch (RFC 6902). Without "copy", by which few
-/// bytes could make many.
-json edited(std::string_view id, const json& patch, const References& references) {
-  constexpr std::size_t most_changes = 1000;
-  const std::string pointer = "/inputs/edit";
-  if (!patch.is_array()) refuse(pointer, "must be a JSON Patch, an array of changes");
-  if (patch.size() > most_changes) {
-    refuse(pointer, fmt::format("has {} changes, the limit is {}", patch.size(), most_changes));
-  }
-  auto scene = parse(read_file(references.scene(id).value(), most_body), "/inputs/base");
-  for (std::size_t n = 0; n < patch.size(); ++n) {
-    const auto where = fmt::format("{}/{}", pointer, n);
-    const auto& change = patch[n];
-    const auto op = change.is_object() ? change.value("op", json()) : json();
-    const json known{"add", "remove", "replace", "move", "test"};
-    if (std::ranges::find(known, op) == known.end()) {
-      refuse(where + "/op", "must be one of " + known.dump());
-    }
-    try {
-      scene.patch_inplace(json::array({change}));
-    } catch (const json::exception&) {
-      refuse(where, op == "test" ? "the scene of the base has another value there"
-                                 : "cannot be done: its path, from or value is missing, or does "
-                                   "not lead into the scene of the base");
-    }
-  }
-  if (!scene.is_object()) refuse(pointer, "leaves no object");
-  return scene;
-}
-
 /// Names of the outputs that are wanted; all when the body does not say.
 json outputs_of(const json& body, const json& all) {
   if (!body.contains("outputs") || body["outputs"].empty()) return all;
@@ -204,6 +175,59 @@ void check_names(const json& inputs, const std::vector<std::string>& names, std:
   if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
 }
 
+/// One change of a JSON Patch. The library does not notice a path below a text or a number.
+void apply(json& scene, const json& change, const std::string& where) {
+  constexpr std::size_t deepest = 64;
+  const json known{"add", "remove", "replace", "test"};
+  const auto op = change.is_object() ? change.value("op", json()) : json();
+  if (std::ranges::find(known, op) == known.end()) {
+    refuse(where + "/op", "must be one of " + known.dump());
+  }
+  const auto path = change.value("path", json());
+  if (!path.is_string()) refuse(where + "/path", "must be a string");
+  const auto& text = path.get_ref<const std::string&>();
+  if (std::ranges::count(text, '/') > static_cast<std::ptrdiff_t>(deepest)) {
+    refuse(where + "/path", fmt::format("leads deeper than {} levels", deepest));
+  }
+  try {
+    const json::json_pointer place(text);
+    if (!place.empty() && !scene.at(place.parent_pointer()).is_structured()) {
+      throw Error(Fault::bad_input, where, "");
+    }
+    scene.patch_inplace(json::array({change}));
+  } catch (const std::exception&) {
+    refuse(where, op == "test" ? "does not hold for the scene of the base"
+                               : "has no value, or its path does not lead into the scene of the "
+                                 "base");
+  }
+}
+
+/// The scene in a file of the base, changed by a JSON Patch (RFC 6902). Without "copy" and "move",
+/// by which few bytes could take much time and memory.
+json edited(const std::filesystem::path& base, const json& patch, const References& references) {
+  constexpr std::size_t most_changes = 1000;
+  const std::string pointer = "/inputs/edit";
+  if (!patch.is_array()) refuse(pointer, "must be a JSON Patch, an array of changes");
+  if (patch.size() > most_changes) {
+    refuse(pointer, fmt::format("has {} changes, the limit is {}", patch.size(), most_changes));
+  }
+  references.before_reading();
+  json scene;
+  try {
+    scene = parse(read_file(base, most_body), "");
+  } catch (const Error&) {
+    refuse("/inputs/base", "has no scene any more, or too large a one");
+  }
+  for (std::size_t n = 0; n < patch.size(); ++n) {
+    apply(scene, patch[n], fmt::format("{}/{}", pointer, n));
+  }
+  if (!scene.is_object()) refuse(pointer, "leaves no object");
+  if (scene.dump().size() > most_body) {
+    refuse(pointer, fmt::format("makes a scene of more than {} bytes", most_body));
+  }
+  return scene;
+}
+
 json bake_inputs_of(json& inputs, const References& references) {
   check_names(inputs, {"scene", "base", "edit"}, 0);
   const bool changed = inputs.contains("edit");
@@ -212,13 +236,13 @@ json bake_inputs_of(json& inputs, const References& references) {
   }
   if (changed && !inputs.contains("base")) refuse("/inputs/base", "is missing: edit changes it");
   json read;
+  std::optional<std::filesystem::path> base;
   if (inputs.contains("base")) {
-    const auto base = bake_named(inputs["base"], "/inputs/base", references);
-    if (!references.scene(base))
-      refuse("/inputs/base", "must name a finished bake by its job's id");
-    read["base"] = base;
+    read["base"] = bake_named(inputs["base"], "/inputs/base", references);
+    base = references.scene(read["base"].get<std::string>());
+    if (!base) refuse("/inputs/base", "must name a finished bake by its job's id");
   }
-  read["scene"] = changed ? edited(read["base"].get<std::string>(), inputs["edit"], references)
+  read["scene"] = changed ? edited(*base, inputs["edit"], references)
                           : scene_of(std::move(inputs["scene"]), references);
   return read;
 }

@@ -25,6 +25,8 @@ struct References {
   std::function<std::optional<std::filesystem::path>(std::string_view name)> tileset;
   /// The scene of a finished bake by the id of its job.
   std::function<std::optional<std::filesystem::path>(std::string_view id)> scene;
+  /// Called before a scene is read from the disk: what a small request makes large.
+  std::function<void()> before_reading;
 };
 
 /// One request to carry out a process.

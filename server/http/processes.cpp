@@ -90,11 +90,11 @@ void describe_bake(json& process, const json& scene_schema) {
             "An earlier bake, by the id of its job or a reference to it: what would be the same is "
             "taken from it.",
             {{"type", "string"}}, 0);
-  process["inputs"]["edit"] =
-      input("Edit",
-            "In place of a scene: a JSON Patch (RFC 6902, without copy) of the base's scene, of "
-            "1000 changes at most.",
-            {{"type", "array"}, {"items", {{"type", "object"}}}}, 0);
+  process["inputs"]["edit"] = input(
+      "Edit",
+      "In place of a scene: a JSON Patch (RFC 6902, without copy and move) of the base's scene, of "
+      "1000 changes at most.",
+      {{"type", "array"}, {"items", {{"type", "object"}}}}, 0);
   process["outputs"] = {
       {"tileset", output("Tileset", "tileset.json of 3D Tiles 1.1")},
       {"manifest", output("Manifest", "bake.json: every tile with its hashes and numbers")},

@@ -97,13 +97,22 @@ Outcome bake(const Commands& commands, const Work& work) {
   if (!commands.cache.empty()) {
     arguments.insert(arguments.end(), {"--cache", commands.cache.string()});
   }
-  if (!work.reuse.empty()) arguments.insert(arguments.end(), {"--reuse", work.reuse.string()});
-  const auto ended = run_on(commands, arguments, work, [&](std::string_view line) {
+  const auto on_line = [&](std::string_view line) {
     try {
       work.progress(progress_from(parse_json(line, "")));
     } catch (const Error&) {  // a warning, or the last line, which tells why it failed
     }
-  });
+  };
+  const auto all = arguments.size();
+  if (!work.reuse.empty()) arguments.insert(arguments.end(), {"--reuse", work.reuse.string()});
+  auto ended = run_on(commands, arguments, work, on_line);
+  std::error_code error;
+  const bool base_gone =
+      !work.reuse.empty() && !std::filesystem::exists(work.reuse / "bake.json", error);
+  if (base_gone && ended.code != 0 && !ended.stopped) {
+    arguments.resize(all);
+    ended = run_on(commands, arguments, work, on_line);
+  }
   const auto report = report_of(ended);
   Outcome outcome;
   auto& progress = outcome.progress;

@@ -93,6 +93,18 @@ test('What is shared takes room on the disk once, and outlives the base', async 
   assert.deepEqual(await files(folder), await files(clean));
 });
 
+test('A tile of the base that is damaged is baked anew', async () => {
+  const base = join(work, 'damaged'), folder = join(work, 'sound');
+  await bake(scene, base);
+  for (const name of await filesBelow(join(base, 'tiles'))) {
+    const bytes = await readFile(join(base, 'tiles', name));
+    bytes[bytes.length - 1] ^= 1;
+    await writeFile(join(base, 'tiles', name), bytes);
+  }
+  await bake(edited, folder, '--reuse', base);
+  assert.deepEqual(await files(folder), await files(clean));
+});
+
 test('A base that has gone when its job comes to run costs time and nothing else', async () => {
   const base = await server.submit(scene);
   await successful(base);
@@ -119,7 +131,15 @@ test('What is wrong with a base or an edit is said at its place', async () => {
   await refused({ base, edit: Array(1001).fill(change[0]) }, '/inputs/edit', /limit is 1000/);
   await refused({ base, edit: [...change, { op: 'copy', from: '', path: '/name' }] }, '/inputs/edit/1/op', /must be one of/);
   await refused({ base, edit: [{ op: 'remove', path: '/operations/7' }] }, '/inputs/edit/0', /does not lead/);
-  await refused({ base, edit: [{ op: 'test', path: '/name', value: 'another' }] }, '/inputs/edit/0', /another value/);
+  await refused({ base, edit: [{ op: 'move', from: '/name', path: '/title' }] }, '/inputs/edit/0/op', /must be one of/);
+  await refused({ base, edit: [{ op: 'add', path: '/name/x', value: 1 }] }, '/inputs/edit/0', /does not lead/);
+  await refused({ base, edit: [{ op: 'remove', path: '/name/x' }] }, '/inputs/edit/0', /does not lead/);
+  await refused({ base, edit: [{ op: 'remove', path: 'name' }] }, '/inputs/edit/0', /does not lead/);
+  await refused({ base, edit: [{ op: 'add', path: '/a'.repeat(65), value: 1 }] }, '/inputs/edit/0/path', /deeper than 64/);
+  await refused({ base, edit: [{ op: 'add', value: 1 }] }, '/inputs/edit/0/path', /string/);
+  await refused({ base, edit: [{ op: 'add', path: '/name' }] }, '/inputs/edit/0', /no value/);
+  await refused({ base, edit: [7] }, '/inputs/edit/0/op', /must be one of/);
+  await refused({ base, edit: [{ op: 'test', path: '/name', value: 'another' }] }, '/inputs/edit/0', /does not hold/);
   await refused({ base, edit: [{ op: 'replace', path: '', value: 7 }] }, '/inputs/edit', /no object/);
   const wrong = await post({ base, edit: [{ op: 'replace', path: '/bake/spacing', value: -1 }] });
   assert.equal(wrong.status, 422);

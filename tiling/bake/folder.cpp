@@ -29,7 +29,7 @@ void share_elevations(const fs::path& from, const fs::path& into, const std::sto
   for (fs::directory_iterator at(from / elevations_path(), error), end; !error && at != end;
        at.increment(error)) {
     const auto digest = Digest::parse(at->path().filename().native());
-    if (!digest || !fs::exists(at->path() / "pyramid.json")) continue;
+    if (!digest) continue;
     const auto place = into / elevations_path() / digest->hex();
     const FileLock lock(place.string() + ".lock", FileLock::Kind::exclusive, stop);
     if (fs::exists(place / "pyramid.json")) continue;
@@ -42,8 +42,12 @@ void share_elevations(const fs::path& from, const fs::path& into, const std::sto
       fs::remove_all(unfinished, failure);
       fs::copy(at->path(), unfinished, Options::recursive, failure);
     }
-    if (!failure) fs::rename(unfinished, place, failure);
-    if (failure) throw Error(Fault::io, place.string(), failure.message());
+    // What is removed there meanwhile is made anew here.
+    if (!failure && fs::exists(unfinished / "pyramid.json", failure)) {
+      fs::remove_all(place, failure);
+      fs::rename(unfinished, place, failure);
+    }
+    fs::remove_all(unfinished, failure);
   }
 }
 

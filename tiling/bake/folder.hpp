@@ -38,7 +38,8 @@ class FolderInUse {
 std::filesystem::path elevations_path();
 
 /// Takes elevations from the folder of another bake that `into` does not have, as the same files
-/// where the disk can have one in two folders. Errors: io, cancelled.
+/// where the disk can have one in two folders; what cannot be taken is left out. Errors: io,
+/// cancelled.
 void share_elevations(const std::filesystem::path& from, const std::filesystem::path& into,
                       const std::stop_token& stop);
 

@@ -88,10 +88,11 @@ Digest put_tile(const fs::path& folder, std::span<const std::byte> bytes) {
 
 void share_tile(const fs::path& from, const fs::path& into, const Digest& content) {
   const fs::path place = into / tile_path(content);
+  const auto bytes = get_tile(from, content);
   std::error_code error;
   fs::create_directories(place.parent_path(), error);
   fs::create_hard_link(from / tile_path(content), place, error);
-  if (error) put_tile(into, get_tile(from, content));
+  if (error) put_tile(into, bytes);
 }
 
 std::vector<std::byte> get_tile(const fs::path& folder, const Digest& content) {

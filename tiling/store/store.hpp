@@ -18,7 +18,7 @@ std::filesystem::path tile_path(const Digest& content);  // relative
 /// Writes a tile unless a file of that name and size is there already. Returns its digest.
 Digest put_tile(const std::filesystem::path& folder, std::span<const std::byte> bytes);
 /// A tile of another folder, as the same file where the disk can have one in two folders, else as a
-/// copy. Errors: not_found, io, and bad_input when a copy's bytes do not have that digest.
+/// copy. Errors: not_found, io, and bad_input when the bytes do not have that digest.
 void share_tile(const std::filesystem::path& from, const std::filesystem::path& into,
                 const Digest& content);
 /// Errors: not_found, io, and bad_input when the bytes do not have that digest.
