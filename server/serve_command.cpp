@@ -31,7 +31,7 @@ struct ServeOptions {
   std::int64_t job_seconds = 0, keep_seconds = 0, upload_seconds = 86400;
   std::uint64_t asset_mib = 65536, free_mib = 64;
   std::int64_t keep_assets = 0;
-  std::vector<std::string> callbacks;
+  std::vector<std::string> callbacks, sources;
   std::string callback_secret;
   double callback_seconds = 10;
 };
@@ -41,6 +41,9 @@ void add_callbacks(CLI::App& command, ServeOptions& options) {
       "--callback-allow", options.callbacks,
       "HOST[:PORT] that jobs may name as a subscriber; without a port the usual one. "
       "An address that is not public must be named itself. None: no callbacks");
+  command.add_option("--fetch-allow", options.sources,
+                     "HOST[:PORT] that elevations may be fetched from, as for --callback-allow. "
+                     "None: nothing is fetched");
   command.add_option("--callback-secret", options.callback_secret,
                      "File of the secret that callbacks are signed with; needed with "
                      "--callback-allow");
@@ -153,6 +156,7 @@ void add_serve(CLI::App& app, int* exit) {
     settings.free_space = options->free_mib << 20;
     settings.keep_assets = std::chrono::seconds(options->keep_assets);
     settings.callbacks = options->callbacks;
+    settings.sources = options->sources;
     settings.callback_secret = options->callback_secret;
     settings.callback_pause =
         std::chrono::milliseconds(std::llround(1e3 * options->callback_seconds));

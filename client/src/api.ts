@@ -57,7 +57,11 @@ export interface paths {
          */
         get: operations["getAssets"];
         put?: never;
-        post?: never;
+        /**
+         * Fetch an elevation model from an address, where its host is listed
+         * @description Fetch an elevation model from an address, where its host is listed.
+         */
+        post: operations["fetchAsset"];
         delete?: never;
         options?: never;
         head?: never;
@@ -751,6 +755,80 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description What was wrong, by RFC 9457 */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+            /** @description What was wrong, by RFC 9457 */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+        };
+    };
+    fetchAsset: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /** Format: uri */
+                    href: string;
+                    /** @description sha256-HEX: what it must be */
+                    id?: string;
+                };
+            };
+        };
+        responses: {
+            /** @description It was there */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["asset"];
+                };
+            };
+            /** @description It is there now */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["asset"];
+                };
+            };
+            /** @description Nothing can be had from there */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+            /** @description As much is fetched as may be at once */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
             };
             /** @description What was wrong, by RFC 9457 */
             "4XX": {

@@ -161,12 +161,13 @@ Draft::~Draft() {
   if (file_) ::unlink(path_.c_str());
 }
 
-void Draft::commit(const Digest& digest) {
+Digest Draft::commit(const std::optional<Digest>& wanted) {
   const auto found = file_->digest();
-  if (found != digest) throw Error(Fault::bad_input, "", other_digest(digest, found));
+  if (wanted && found != *wanted) throw Error(Fault::bad_input, "", other_digest(*wanted, found));
   file_->sync();
-  assets_.adopt(path_, digest);
+  assets_.adopt(path_, found);
   file_.reset();
+  return found;
 }
 
 }  // namespace hoodoo::asset

@@ -69,8 +69,8 @@ class Draft {
   Draft& operator=(const Draft&) = delete;
 
   void add(std::string_view bytes) { file_->add(bytes); }
-  /// Makes it an asset. Errors: bad_input, its digest is another one; io.
-  void commit(const Digest& digest);
+  /// Makes it an asset; its digest. Errors: bad_input, it is not the one that was wanted; io.
+  Digest commit(const std::optional<Digest>& wanted);
 
  private:
   Assets& assets_;

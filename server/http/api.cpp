@@ -141,6 +141,7 @@ const std::vector<Api::Route>& Api::routes() {
       {"GET", "jobs/*/tiles/**", &Api::tile},
       {"GET", "assets", &Api::asset_list, Scope::read},
       {"GET", "assets/*", &Api::asset, Scope::read},
+      {"POST", "assets", &Api::fetch_asset, Scope::submit},
       {"PUT", "assets/*", &Api::put_asset, Scope::submit},
       {"DELETE", "assets/*", &Api::remove_asset, Scope::submit},
       {"POST", "uploads", &Api::create_upload, Scope::submit},

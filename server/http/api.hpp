@@ -42,6 +42,7 @@ struct ApiSettings {
   std::function<nlohmann::json()> scene_schema;
   Keys keys;                       // empty: everybody may do everything
   AllowList callbacks;             // whom they may go to; empty: there are none
+  AllowList sources;               // whom elevations may be fetched from; empty: nobody
   std::function<bool()> draining;  // true: takes no jobs any more; empty: never
 };
 
@@ -53,6 +54,7 @@ struct ApiSettings {
 ///   GET    /jobs/ID/events                            DELETE  /jobs/ID
 ///   GET    /jobs/ID/tiles/...   /tilesets   /tilesets/NAME/...   /viewer/...
 ///   GET    /assets?id=...  /assets/sha256-HEX         PUT, DELETE  /assets/sha256-HEX
+///   POST   /assets
 ///   POST   /uploads                                   HEAD, PATCH, DELETE  /uploads/ID
 ///
 /// A request that is no execution in form is 400; a scene with problems is 422 with all of them,
@@ -105,6 +107,7 @@ class Api {
   Response asset_list(const Request&, const Parameters&);
   Response asset(const Request&, const Parameters&);
   Response put_asset(const Request&, const Parameters&);
+  Response fetch_asset(const Request&, const Parameters&);
   Response remove_asset(const Request&, const Parameters&);
   Response create_upload(const Request&, const Parameters&);
   Response upload_state(const Request&, const Parameters&);
@@ -120,6 +123,8 @@ class Api {
   job::Quota quota_of(const Request& request) const;
   std::optional<Response> space_refusal(const Request& request, std::uint64_t bytes) const;
   void note_asset(const asset::Upload& upload) const;
+  Response note_asset(const Request& request, const Digest& digest, std::uint64_t bytes,
+                      int status) const;
   std::optional<Response> callback_refusal(const job::Subscriber& subscriber, bool async) const;
   Response validate(const job::Request& wanted, bool raw);
   References references() const;
@@ -134,8 +139,9 @@ class Api {
   asset::Uploads& uploads_;
   const ApiSettings settings_;
   Metrics metrics_;
-  std::mutex large_;                     // held by the one large body that is taken apart
-  std::counting_semaphore<> checks_{4};  // scenes that processes look at, at once
+  std::mutex large_;                      // held by the one large body that is taken apart
+  std::counting_semaphore<> checks_{4};   // scenes that processes look at, at once
+  std::counting_semaphore<> fetches_{4};  // contents that are fetched at once
 };
 
 }  // namespace hoodoo::http

@@ -22,7 +22,7 @@ constexpr int most_asked = 100;
 
 std::string etag_of(const Digest& digest) { return "\"" + asset::name_of(digest) + "\""; }
 
-json about(const Digest& digest, std::uint64_t bytes, const std::string& base) {
+json about_asset(const Digest& digest, std::uint64_t bytes, const std::string& base) {
   const auto name = asset::name_of(digest);
   return {{"id", name}, {"href", base + "/assets/" + name}, {"bytes", bytes}};
 }
@@ -65,7 +65,7 @@ Response Api::asset_list(const Request& request, const Parameters&) {
   for (const auto& digest : wanted) {
     std::error_code error;
     const auto bytes = std::filesystem::file_size(assets_.file(digest), error);
-    if (!error) found.push_back(about(digest, bytes, settings_.base));
+    if (!error) found.push_back(about_asset(digest, bytes, settings_.base));
   }
   return document({{"assets", found}});
 }
@@ -81,6 +81,17 @@ Response Api::asset(const Request& request, const Parameters& parameters) {
   }
   response.headers.emplace_back("Content-Disposition", "attachment");
   return response;
+}
+
+/// What tells of an asset that has just come, or was asked for again.
+Response Api::note_asset(const Request& request, const Digest& digest, std::uint64_t bytes,
+                         int status) const {
+  const auto info = about_asset(digest, bytes, settings_.base);
+  if (status == 201) queue_.add_asset(asset::name_of(digest), request.owner, bytes);
+  auto made = document(info, status);
+  made.headers.emplace_back("Location", info.at("href").get<std::string>());
+  made.headers.emplace_back("ETag", etag_of(digest));
+  return made;
 }
 
 /// Why a key may not send so much. What it sends by other uploads counts from their beginning.
@@ -143,12 +154,7 @@ Response Api::put_asset(const Request& request, const Parameters& parameters) {
     // Others of the same key may have come meanwhile.
     if (auto refused = space_refusal(request, length)) return std::move(*refused);
     draft.commit(digest);
-    const auto info = about(digest, length, settings_.base);
-    queue_.add_asset(asset::name_of(digest), request.owner, length);
-    auto made = document(info, 201);
-    made.headers.emplace_back("Location", info.at("href").get<std::string>());
-    made.headers.emplace_back("ETag", etag_of(digest));
-    return made;
+    return note_asset(request, digest, length, 201);
   };
   return response;
 }

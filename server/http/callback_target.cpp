@@ -110,8 +110,7 @@ bool is_public(const in6_addr& address) {
   return start != 0x20010db8 && start >> 12 != 0x3fff0000 >> 12;  // documentation
 }
 
-AllowList::AllowList(const std::vector<std::string>& entries) {
-  const std::string at = "--callback-allow";
+AllowList::AllowList(const std::vector<std::string>& entries, const std::string& at) {
   for (const auto& entry : entries) {
     const bool plain = std::ranges::all_of(entry, [](char c) {
       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||

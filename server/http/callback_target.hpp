@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-/// Whom callbacks may go to.
+/// Whom the service itself may ask: for callbacks, and for elevations.
 namespace hoodoo::http {
 
 /// Where an address of http or https leads.
@@ -27,8 +27,8 @@ bool is_public(const in6_addr& address);
 class AllowList {
  public:
   AllowList() = default;  // nobody
-  /// Errors: bad_input, --callback-allow.
-  explicit AllowList(const std::vector<std::string>& entries);
+  /// Errors: bad_input, at `option`, which the entries came by.
+  AllowList(const std::vector<std::string>& entries, const std::string& option);
 
   bool empty() const { return entries_.empty(); }
   bool lets(const Target& target) const;

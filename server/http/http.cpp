@@ -86,7 +86,8 @@ std::optional<Sender> sender_of(const Settings& settings) {
   if (settings.callback_secret.empty()) {
     throw Error(Fault::bad_input, "--callback-secret", "is needed with --callback-allow");
   }
-  return Sender(AllowList(settings.callbacks), read_secret(settings.callback_secret));
+  return Sender(AllowList(settings.callbacks, "--callback-allow"),
+                read_secret(settings.callback_secret));
 }
 
 /// Beside the command in a build folder, under share/ once installed.
@@ -199,7 +200,8 @@ void serve(const Settings& given) {
   api_settings.roots = commands.roots;
   api_settings.tilesets = tilesets;
   api_settings.scene_schema = scene::schema;
-  api_settings.callbacks = AllowList(settings.callbacks);
+  api_settings.callbacks = AllowList(settings.callbacks, "--callback-allow");
+  api_settings.sources = AllowList(settings.sources, "--fetch-allow");
   if (!settings.keys.empty()) api_settings.keys = Keys::read(settings.keys);
   api_settings.draining = [stop = settings.stop] { return stop.stop_requested(); };
   set_log_format(settings.json_log ? LogFormat::json : LogFormat::text);

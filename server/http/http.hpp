@@ -38,6 +38,7 @@ struct Settings {
   std::filesystem::path keys;
   bool json_log = false;
   std::vector<std::string> callbacks;     // hosts that may be called, as AllowList has them
+  std::vector<std::string> sources;       // HOST[:PORT] that elevations may be fetched from
   std::filesystem::path callback_secret;  // of their signatures
   std::chrono::milliseconds callback_pause{10'000};  // between the first two tries
   /// After `stop`, how long requests are still answered while /readyz says that no more are wanted.

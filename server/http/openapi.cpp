@@ -193,7 +193,21 @@ json assets() {
   auto names = parameter("id", "query", "Names of assets, sha256-HEX",
                          {{"type", "array"}, {"items", text}, {"minItems", 1}, {"maxItems", 100}});
   names["required"] = true;
-  return get("getAssets", "Which of some assets are there", "assets", {std::move(names)});
+  auto path = get("getAssets", "Which of some assets are there", "assets", {std::move(names)});
+  path["post"] =
+      operation("fetchAsset", "Fetch an elevation model from an address, where its host is listed",
+                {{"200", answer("It was there", "asset")},
+                 {"201", answer("It is there now", "asset")},
+                 {"502", refusal("Nothing can be had from there")},
+                 {"503", refusal("As much is fetched as may be at once")}});
+  json where{{"type", "object"},
+             {"required", {"href"}},
+             {"properties",
+              {{"href", {{"type", "string"}, {"format", "uri"}}},
+               {"id", {{"type", "string"}, {"description", "sha256-HEX: what it must be"}}}}}};
+  path["post"]["requestBody"] = content("application/json", std::move(where));
+  path["post"]["requestBody"]["required"] = true;
+  return path;
 }
 
 json asset() {

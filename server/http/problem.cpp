@@ -50,6 +50,8 @@ std::string_view title_of(int status) {
       return "Checksum Mismatch";
     case 501:
       return "Not Implemented";
+    case 502:
+      return "Bad Gateway";
     case 503:
       return "Service Unavailable";
     case 505:

@@ -91,7 +91,7 @@ TEST(PublicAddress, IsNoneOfTheSpecialRanges) {
 }
 
 TEST(AllowedHosts, AreThoseOfTheListAtTheirPorts) {
-  const AllowList list({"hooks.example", "Other.example:8080", "[::1]:9000"});
+  const AllowList list({"hooks.example", "Other.example:8080", "[::1]:9000"}, "--callback-allow");
   const auto may = [&](const char* uri) { return list.lets(target_of(uri, "")); };
   EXPECT_TRUE(may("http://hooks.example/a"));
   EXPECT_TRUE(may("https://HOOKS.example/a"));
@@ -105,12 +105,13 @@ TEST(AllowedHosts, AreThoseOfTheListAtTheirPorts) {
   EXPECT_FALSE(AllowList().lets(target_of("http://hooks.example/", "")));
   for (const std::string wrong :
        {"", "http://a", "a/b", "a:0x", "a:99999", "u@a", "*.a b", "::1"}) {
-    EXPECT_THROW(AllowList({wrong}), Error) << wrong;
+    EXPECT_THROW(AllowList({wrong}, "--callback-allow"), Error) << wrong;
   }
 }
 
 TEST(AllowedHosts, LeadToPublicAddressesOrThoseNamedThemselves) {
-  const AllowList named({"hooks.example:9000", "localhost:9000", "127.0.0.1:9000"});
+  const AllowList named({"hooks.example:9000", "localhost:9000", "127.0.0.1:9000"},
+                        "--callback-allow");
   EXPECT_TRUE(lets(named, "http://hooks.example:9000/", "8.8.8.8"));
   EXPECT_FALSE(lets(named, "http://hooks.example:9000/", "10.0.0.1"));
   EXPECT_FALSE(lets(named, "http://hooks.example:9000/", "::1"));
@@ -141,11 +142,11 @@ TEST(CallbackSender, AsksNobodyWhoIsNotOnItsListOrNotPublic) {
     delivery.uri = uri;
     return http::Sender(list, secret)(delivery, {});
   };
-  EXPECT_TRUE(send(AllowList({"a.example"}), "http://b.example/").may_not);
-  const auto inside = send(AllowList({"localhost:9"}), "http://localhost:9/");
+  EXPECT_TRUE(send(AllowList({"a.example"}, "--callback-allow"), "http://b.example/").may_not);
+  const auto inside = send(AllowList({"localhost:9"}, "--callback-allow"), "http://localhost:9/");
   EXPECT_TRUE(inside.may_not);
   EXPECT_NE(inside.why.find("not public"), std::string::npos) << inside.why;
-  const auto nobody = send(AllowList({"127.0.0.1:9"}), "http://127.0.0.1:9/");
+  const auto nobody = send(AllowList({"127.0.0.1:9"}, "--callback-allow"), "http://127.0.0.1:9/");
   EXPECT_FALSE(nobody.may_not) << "it may be tried again";
   EXPECT_EQ(nobody.status, 0);
 }
