@@ -237,6 +237,9 @@ async function sendAssets() {
   assert.equal((await ask(path.replace(/.$/, (end) => (end === '0' ? '1' : '0')), { method: 'PUT', headers: type, body: bytes })).status, 422);
   for (const method of ['GET', 'HEAD']) assert.equal((await ask(path, { method })).status, 200);
   assert.equal((await ask(`/assets?id=sha256-${digest}`)).status, 200);
+  const fetched = (more) => ({ method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify({ href: 'http://127.0.0.1:9/dem.tif', ...more }) });
+  assert.equal((await ask('/assets', fetched({ id: `sha256-${digest}` }))).status, 200, 'it is there');
+  assert.equal((await ask('/assets', fetched())).status, 422, 'nobody may be asked');
   const tus = { 'tus-resumable': '1.0.0' };
   assert.equal((await ask('/uploads', { method: 'OPTIONS' })).status, 204);
   const made = await ask('/uploads', { method: 'POST', headers: { ...tus, 'upload-length': '3' } });
