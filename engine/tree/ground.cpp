@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/tree/composite.hpp"
 #include "engine/tree/parse.hpp"
 #include "engine/tree/region.hpp"
 
@@ -16,10 +17,6 @@ Box influence(const Step& step) {
   Box box = acts_by_zero(step.operation) ? Box::everywhere() : support(step.tree).influence;
   if (step.region) box = intersection(box, step.region->influence());
   return box;
-}
-
-bool is_nothing(const Node& tree) {
-  return std::holds_alternative<Blend>(tree.value) && tree.children.empty();
 }
 
 nlohmann::json to_json(const HeightBody& body) {

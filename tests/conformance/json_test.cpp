@@ -118,9 +118,6 @@ TEST_P(EveryNodeAsJson, TakesItsFallbacksFromTheSchema) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<NodeKind>& info) {
-  return std::string(info.param.type);
-}
 INSTANTIATE_TEST_SUITE_P(Nodes, EveryNodeAsJson, testing::ValuesIn(node_kinds()), name_of);
 
 }  // namespace

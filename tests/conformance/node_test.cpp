@@ -329,9 +329,6 @@ TEST_P(EveryNode, IsFiniteAtTheEndsOfItsRanges) {
   });
 }
 
-std::string name_of(const testing::TestParamInfo<NodeKind>& info) {
-  return std::string(info.param.type);
-}
 INSTANTIATE_TEST_SUITE_P(Nodes, EveryNode, testing::ValuesIn(node_kinds()), name_of);
 
 }  // namespace

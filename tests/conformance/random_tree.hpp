@@ -1,4 +1,6 @@
 #pragma once
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -306,6 +308,11 @@ inline Block random_block(Random& random, double side) {
 /// A block around all of the scene that shares `block`'s origin: nothing is pruned in it.
 inline Block wide_block(const Block& block) {
   return {block.origin, Box{block.origin, block.origin}.grown(1000)};
+}
+
+/// As the suites of one test a type are named.
+inline std::string name_of(const testing::TestParamInfo<NodeKind>& info) {
+  return std::string(info.param.type);
 }
 
 }  // namespace hoodoo::tree::conformance

@@ -71,13 +71,13 @@ test('What is filled has no sink, and is filled already', async () => {
   assert.equal((await hoodoo(['analyze', dem, '--fill', filled])).code, 0);
   const result = await hoodoo(['analyze', filled, '--fill', again, '--sinks', join(work, 'none.csv'), '--json']);
   assert.equal(JSON.parse(result.stdout).sinks, 0);
-  assert.deepEqual(await readFile(again), await readFile(filled));
+  assert.ok((await readFile(again)).equals(await readFile(filled)));
 });
 
 test('The same bytes again', async () => {
   const files = [join(work, 'one.tif'), join(work, 'two.tif')];
   for (const file of files) assert.equal((await hoodoo(['analyze', dem, '--area', file])).code, 0);
-  assert.deepEqual(await readFile(files[0]), await readFile(files[1]));
+  assert.ok((await readFile(files[0])).equals(await readFile(files[1])));
 });
 
 test('In little memory, part by part, the same bytes', () => withFolder(async (folder) => {
@@ -96,7 +96,7 @@ test('In little memory, part by part, the same bytes', () => withFolder(async (f
     outflow.push([report.outflow_m2, await readFile(sinks, 'utf8')]);
   }
   assert.deepEqual(outflow[0], outflow[1]);
-  for (const n of flags.keys()) assert.deepEqual(await readFile(names('64')[n]), await readFile(names('1024')[n]), flags[n]);
+  for (const n of flags.keys()) assert.ok((await readFile(names('64')[n])).equals(await readFile(names('1024')[n])), flags[n]);
 }));
 
 for (const [what, args, code, message] of [

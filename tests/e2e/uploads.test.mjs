@@ -48,7 +48,7 @@ test('An upload in parts becomes an asset', async () => {
   const last = await patch(server, path, half, bytes.subarray(half), { expect: '100-continue' });
   assert.deepEqual([last.status, last.continued], [204, true]);
   assert.equal(last.headers.link, `<${server.url}/assets/${nameOf(bytes)}>; rel="canonical"`);
-  assert.deepEqual(Buffer.from(await (await server.fetch(`/assets/${nameOf(bytes)}`)).arrayBuffer()), bytes);
+  assert.ok(Buffer.from(await (await server.fetch(`/assets/${nameOf(bytes)}`)).arrayBuffer()).equals(bytes));
   assert.equal(await offsetOf(server, path), bytes.length, 'who missed the last answer learns of it');
   assert.equal((await patch(server, path, 0, bytes)).status, 409);
   assert.equal((await ask(server, 'DELETE', path, tus)).status, 204);
@@ -173,7 +173,7 @@ test('An upload goes on after broken connections and killed servers, to the same
       last = await patch(to, path, offset, bytes.subarray(offset));
     } while (last.status === 423 || last.status === 409);
     assert.equal(last.status, 204, last.text);
-    assert.deepEqual(Buffer.from(await (await to.fetch(`/assets/${nameOf(bytes)}`)).arrayBuffer()), bytes);
+    assert.ok(Buffer.from(await (await to.fetch(`/assets/${nameOf(bytes)}`)).arrayBuffer()).equals(bytes));
     assert.deepEqual((await kept(join(work, 'resumed'))).assets, [nameOf(bytes)]);
   } finally {
     await to.stop('SIGKILL');

@@ -7,6 +7,7 @@
 
 #include "engine/base/file.hpp"
 #include "server/job/queue.hpp"
+#include "tests/server/temporary_folder.hpp"
 
 namespace hoodoo {
 
@@ -52,6 +53,13 @@ inline job::Job wait_for(const job::Queue& queue, const std::string& id, job::St
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   throw std::runtime_error("the job does not get there");
+}
+
+/// Of a queue whose data are in `folder`.
+inline job::Settings settings_in(const TemporaryFolder& folder) {
+  job::Settings settings;
+  settings.data = folder.path / "data";
+  return settings;
 }
 
 }  // namespace hoodoo

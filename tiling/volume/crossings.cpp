@@ -5,12 +5,6 @@
 #include <numeric>
 
 namespace hoodoo::volume {
-namespace {
-
-constexpr double iso = 0.5;
-
-}  // namespace
-
 CrossingFinder::CrossingFinder(slice::Land& land, Volume& volume, ReliefColumns& columns)
     : land_(land),
       volume_(volume),
@@ -96,7 +90,7 @@ void CrossingFinder::cross_field(Block& block, const tree::Field& field, const B
     evaluate(field);
     above_.resize(value_.size() + RootLanes::spare);
     for (std::size_t k = 0; k < value_.size(); ++k) {
-      above_[k] = static_cast<double>(value_[k]) - iso;
+      above_[k] = static_cast<double>(value_[k]) - iso_value;
     }
     roots_.put(std::span(above_).first(value_.size()), t_);
   }
@@ -117,14 +111,14 @@ void CrossingFinder::find_ends(const tree::Field& field, const BlockValues* know
         chosen_.push_back(static_cast<std::uint32_t>(i));
       } else {
         const auto value = (*known)[256 * at[0] + 16 * at[1] + at[2]];
-        ends_[e][i] = static_cast<double>(value) - iso;
+        ends_[e][i] = static_cast<double>(value) - iso_value;
       }
     }
     above_.assign(chosen_.size(), static_cast<double>(e));
     place_points(chosen_, above_);
     evaluate(field);
     for (std::size_t k = 0; k < chosen_.size(); ++k) {
-      ends_[e][chosen_[k]] = static_cast<double>(value_[k]) - iso;
+      ends_[e][chosen_[k]] = static_cast<double>(value_[k]) - iso_value;
     }
   }
 }

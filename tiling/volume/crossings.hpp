@@ -13,6 +13,9 @@
 
 namespace hoodoo::volume {
 
+/// The surface is where the density has this value; solid is above.
+inline constexpr double iso_value = 0.5;
+
 /// Values of a block's points at 256 x + 16 y + z, as its own field has them.
 using BlockValues = std::array<float, 4096>;
 

@@ -19,7 +19,6 @@
 namespace hoodoo::volume {
 namespace {
 
-constexpr double iso = 0.5;
 /// Blocks whose values wait for their crossings: 8 MiB.
 constexpr std::size_t most_kept = 512;
 
@@ -129,8 +128,8 @@ class Sampler {
     if (part.empty()) return;
     const tree::Field& field = land_.field({b[0], b[1], b[2]});
     const Interval bounds = field.bounds();
-    if (bounds.high <= iso || bounds.low > iso) {
-      volume_.set_uniform(b, bounds.low > iso);
+    if (bounds.high <= iso_value || bounds.low > iso_value) {
+      volume_.set_uniform(b, bounds.low > iso_value);
       return;
     }
     if (const dem::Window* window = field.height_field()) {
@@ -195,7 +194,8 @@ class Sampler {
       for (int j = part.from[1]; j < part.to[1]; ++j) {
         for (int k = part.from[2]; k < part.to[2]; ++k, ++n) {
           auto& row = rows[static_cast<std::size_t>(16 * k + j)];
-          if (value_[n] > static_cast<float>(iso)) row = static_cast<std::uint16_t>(row | 1U << i);
+          if (value_[n] > static_cast<float>(iso_value))
+            row = static_cast<std::uint16_t>(row | 1U << i);
         }
       }
     }

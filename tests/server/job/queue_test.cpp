@@ -25,12 +25,6 @@ std::vector<job::Job> all(const Queue& queue) {
   return queue.list(filter);
 }
 
-job::Settings settings_in(const TemporaryFolder& folder) {
-  job::Settings settings;
-  settings.data = folder.path / "data";
-  return settings;
-}
-
 TEST(Queue, BakesAJobIntoItsOwnFolder) {
   const TemporaryFolder folder;
   Queue queue(settings_in(folder), engine_of([](const auto& work) {

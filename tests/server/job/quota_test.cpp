@@ -16,11 +16,6 @@ using Kind = job::Submitted::Kind;
 
 namespace {
 
-job::Settings settings_in(const TemporaryFolder& folder) {
-  job::Settings settings;
-  settings.data = folder.path / "data";
-  return settings;
-}
 job::Request of(const std::string& owner) {
   auto request = bake_of(good_scene());
   request.owner = owner;

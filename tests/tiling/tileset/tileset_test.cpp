@@ -19,8 +19,6 @@ using shapes::Folder;
 using shapes::World;
 using testing::HasSubstr;
 
-json load(const fs::path& file) { return parse_json(read_file(file, 1U << 30), file.string()); }
-
 std::string texts(const Verification& verification) {
   std::string all;
   for (const auto& problem : verification.problems)

@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "engine/base/file.hpp"
+#include "engine/base/json.hpp"
 #include "tests/tiling/lod/meshes.hpp"
 #include "tiling/glb/glb.hpp"
 #include "tiling/glb/slabs.hpp"
@@ -12,6 +15,10 @@
 #include "tiling/tileset/tileset.hpp"
 
 namespace hoodoo::tileset {
+
+inline nlohmann::json load(const std::filesystem::path& file) {
+  return parse_json(read_file(file, 1U << 30), file.string());
+}
 
 /// A small bake as an index; `bake` outlives it.
 inline Index index_of(const Bake& bake) {
