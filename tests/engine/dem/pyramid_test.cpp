@@ -1,81 +1,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <map>
 #include <random>
-#include <thread>
 
 #include "engine/base/error.hpp"
-#include "engine/base/file.hpp"
-#include "engine/base/hash.hpp"
 #include "engine/dem/chunks.hpp"
 #include "engine/dem/crs.hpp"
 #include "engine/dem/dem.hpp"
 #include "engine/dem/keys.hpp"
-#include "tests/engine/dem/written_tiff.hpp"
+#include "tests/engine/dem/pyramids.hpp"
 
 namespace hoodoo::dem {
 namespace {
-
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-
-std::vector<float> hills(int width, int height, double holes = 0) {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> part(0, 1);
-  std::vector<float> samples;
-  for (int j = 0; j < height; ++j) {
-    for (int i = 0; i < width; ++i) {
-      const double h =
-          300 + 40 * std::sin(i * 0.05) + 60 * std::cos(j * 0.031 + i * 0.01) + 3 * part(random);
-      samples.push_back(part(random) < holes ? nan : static_cast<float>(h));
-    }
-  }
-  return samples;
-}
-
-std::filesystem::path projected(const ScratchFolder& folder, int width, int height,
-                                const std::vector<float>& samples, double scale = 2) {
-  TiffOptions o;
-  o.scale = {scale, scale, 0};
-  o.ties = {0, 0, 0, 500001, 5000001, 0};
-  o.keys = utm();
-  return write_tiff(folder / "projected.tif", width, height, samples, o);
-}
-
-std::filesystem::path geographic(const ScratchFolder& folder, int width, int height,
-                                 const std::vector<float>& samples) {
-  TiffOptions o;
-  o.scale = {1 / 3600.0, 1 / 3600.0, 0};
-  o.ties = {0, 0, 0, 8.2, 46.7, 0};
-  o.keys = degrees();
-  o.compression = COMPRESSION_ADOBE_DEFLATE;
-  return write_tiff(folder / "geographic.tif", width, height, samples, o);
-}
-
-std::shared_ptr<const Pyramid> ingest(const std::filesystem::path& path,
-                                      const std::filesystem::path& folder,
-                                      std::optional<double> fill = {},
-                                      const IngestSettings& settings = {}) {
-  const auto placed = place(*Raster::open(path), {});
-  return Pyramid::ingest(path, placed.frame, placed.spacing, fill, folder, settings);
-}
-
-Box area(double x0, double y0, double x1, double y1) { return {{x0, y0, 0}, {x1, y1, 0}}; }
-
-// File name -> digest of what is in it, for the finished pyramid in `folder`.
-std::map<std::string, std::string> contents(const std::filesystem::path& folder) {
-  std::map<std::string, std::string> found;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file() || entry.path().extension() == ".lock") continue;
-    std::ifstream file(entry.path(), std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(file), {});
-    found[std::filesystem::relative(entry.path(), folder).string()] = sha256(bytes).hex();
-  }
-  return found;
-}
 
 TEST(Pyramid, HasTheSamplesThemselvesWhereRasterAndFrameAgree) {
   const ScratchFolder folder;
@@ -199,129 +138,6 @@ TEST(Pyramid, FillReplacesNoDataInsideTheRasterOnly) {
     outside += !corner.valid(at, box.max.y - 0.5 * level.dy);
   }
   EXPECT_GT(outside, 0);
-}
-
-TEST(Pyramid, OpensWhatIsThereAndMakesAnewWhatIsChanged) {
-  const ScratchFolder folder;
-  const auto path = projected(folder, 100, 100, hills(100, 100));
-  const auto first = ingest(path, folder / "cache");
-  const auto file = folder / "cache" / first->digest().hex() / "pyramid.json";
-  const auto when = std::filesystem::last_write_time(file);
-  EXPECT_EQ(ingest(path, folder / "cache")->digest(), first->digest());
-  EXPECT_EQ(std::filesystem::last_write_time(file), when);
-  auto other = hills(100, 100);
-  other[5] += 1;
-  EXPECT_NE(ingest(projected(folder, 100, 100, other), folder / "cache")->digest(),
-            first->digest());
-}
-
-TEST(Pyramid, CancelledLeavesNothingThatWouldBeOpened) {
-  const ScratchFolder folder;
-  const auto path = projected(folder, 600, 600, hills(600, 600));
-  std::stop_source stop;
-  IngestSettings settings;
-  settings.stop = stop.get_token();
-  settings.progress = [&](double done) {
-    EXPECT_GE(done, 0);
-    EXPECT_LE(done, 1);
-    stop.request_stop();
-  };
-  try {
-    ingest(path, folder / "cache", {}, settings);
-    FAIL() << "was not cancelled";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.fault, Fault::cancelled);
-  }
-  EXPECT_TRUE(contents(folder / "cache").empty());
-  EXPECT_EQ(ingest(path, folder / "cache")->levels()[0].width, 600);
-}
-
-TEST(Pyramid, TwoAtOnceMakeOne) {
-  const ScratchFolder folder;
-  const auto path = projected(folder, 600, 600, hills(600, 600));
-  std::atomic<int> good{0};
-  {
-    std::vector<std::jthread> threads;
-    for (int k = 0; k < 4; ++k) {
-      threads.emplace_back(
-          [&] { good += ingest(path, folder / "cache")->levels()[0].width == 600; });
-    }
-  }
-  EXPECT_EQ(good, 4);
-}
-
-/// Exclusive-ors one byte of a file.
-void flip(const std::filesystem::path& path, std::streamoff at) {
-  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekg(at);
-  const auto byte = static_cast<char>(file.get() ^ 1);
-  file.seekp(at);
-  file.put(byte);
-}
-
-TEST(Pyramid, RefusesADamagedChunkOnceAndMakesItAnew) {
-  const ScratchFolder folder;
-  const auto path = projected(folder, 100, 100, hills(100, 100));
-  const auto p = ingest(path, folder / "cache");
-  const auto whole = contents(folder / "cache");
-  flip(level_file(folder / "cache" / p->digest().hex(), 0), 4000);
-  const auto damaged = ingest(path, folder / "cache");
-  EXPECT_THROW(damaged->window(0, p->extent()), Error);
-  const auto anew = ingest(path, folder / "cache");
-  EXPECT_FALSE(anew->window(0, p->extent()).empty());
-  EXPECT_EQ(contents(folder / "cache"), whole);
-}
-
-TEST(Pyramid, MakesOneWithADamagedIndexAnew) {
-  const ScratchFolder folder;
-  const auto path = projected(folder, 100, 100, hills(100, 100));
-  const auto place = folder / "cache" / ingest(path, folder / "cache")->digest().hex();
-  const auto whole = contents(folder / "cache");
-  const auto text = read_file(index_file(place), 1 << 20);
-  // A number that would move the land without making the JSON wrong.
-  flip(index_file(place), static_cast<std::streamoff>(text.find("\"dx\": ") + 6));
-  ingest(path, folder / "cache");
-  EXPECT_EQ(contents(folder / "cache"), whole);
-  for (const auto& name : {place / "chunks.bin", level_file(place, 1)}) {
-    std::filesystem::remove(name);
-    ingest(path, folder / "cache");
-    EXPECT_EQ(contents(folder / "cache"), whole) << name;
-  }
-}
-
-TEST(Pyramid, KeepsNothingOfARasterThatChangesMeanwhile) {
-  const ScratchFolder folder;
-  auto samples = hills(600, 600);
-  const auto path = projected(folder, 600, 600, samples);
-  IngestSettings settings;
-  bool changed = false;
-  settings.progress = [&](double) {
-    if (changed) return;
-    changed = true;
-    for (auto& h : samples) h += 1;
-    projected(folder, 600, 600, samples);
-  };
-  try {
-    ingest(path, folder / "cache", {}, settings);
-    FAIL() << "did not notice";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.fault, Fault::io);
-    EXPECT_THAT(error.what(), testing::HasSubstr("projected.tif: changed while it was read"));
-  }
-  EXPECT_TRUE(contents(folder / "cache").empty());
-}
-
-TEST(Pyramid, SaysThatARasterChangedRatherThanWhatCameOfIt) {
-  const ScratchFolder folder;
-  const auto path = projected(folder, 600, 600, hills(600, 600));
-  IngestSettings settings;
-  settings.progress = [&](double) { std::filesystem::resize_file(path, 20'000); };
-  try {
-    ingest(path, folder / "cache", {}, settings);
-    FAIL() << "did not notice";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("changed while it was read"));
-  }
 }
 
 TEST(Pyramid, WindowsAgreeToTheBitWhereverTheyAreCut) {
