@@ -32,6 +32,14 @@ add_library(hoodoo_geotiff INTERFACE)
 target_include_directories(hoodoo_geotiff SYSTEM INTERFACE ${GEOTIFF_INCLUDE_DIR})
 target_link_libraries(hoodoo_geotiff INTERFACE ${GEOTIFF_LIBRARY} TIFF::TIFF PROJ::proj)
 
+# Nor have these two.
+find_library(BROTLI_LIBRARY brotlienc REQUIRED)
+find_library(ZSTD_LIBRARY zstd REQUIRED)
+add_library(hoodoo_brotli INTERFACE)
+target_link_libraries(hoodoo_brotli INTERFACE ${BROTLI_LIBRARY})
+add_library(hoodoo_zstd INTERFACE)
+target_link_libraries(hoodoo_zstd INTERFACE ${ZSTD_LIBRARY})
+
 # Debian's package has a CMake module only, whose folder brings a FindTBB.cmake of its own. The headers want
 # Boost's; their half-precision numbers are Imath's. Files are packed by zlib or Blosc.
 find_library(OPENVDB_LIBRARY openvdb REQUIRED)

@@ -18,7 +18,7 @@ build_packages=(
   libdraco-dev libtinygltf-dev libmeshoptimizer-dev libeigen3-dev libnanoflann-dev
   # threads, vector code, formats, storage
   libtbb-dev libhwy-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev
-  libsqlite3-dev libssl-dev libcurl4-openssl-dev zlib1g-dev libzstd-dev prometheus-cpp-dev
+  libsqlite3-dev libssl-dev libcurl4-openssl-dev zlib1g-dev libzstd-dev libbrotli-dev prometheus-cpp-dev
   # CMake configures the tests too
   libgtest-dev libgmock-dev libbenchmark-dev
   # to take the cpp-httplib header out of its source package

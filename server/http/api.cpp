@@ -96,7 +96,6 @@ void tag(const Request& request, Response& response) {
   if (!lists(request.header("if-none-match"), etag)) return;
   response.status = 304;
   response.body.clear();
-  response.type.clear();
 }
 
 }  // namespace
@@ -172,7 +171,10 @@ Response Api::answer(Request request) {
       return problem(500, "internal error");
     }
   };
-  auto response = guarded([&] { return route(request, pattern); });
+  auto response = guarded([&] {
+    auto refused = refusal_of_condition(request);
+    return refused ? std::move(*refused) : route(request, pattern);
+  });
   request.body.clear();
   const auto end = [this, request = std::move(request), id, pattern, from](Response& ready) {
     finish(request, ready);
@@ -203,6 +205,24 @@ Response Api::answer(Request request) {
   return response;
 }
 
+/// If-Match of what would change something: RFC 9110, 13.1.1. What is there now is what HEAD tells.
+std::optional<Response> Api::refusal_of_condition(const Request& request) {
+  const auto wanted = request.header("if-match");
+  const bool reading = request.method == "GET" || request.method == "HEAD";
+  if (wanted.empty() || reading || request.method == "OPTIONS") return std::nullopt;
+  Request head = request;
+  head.method = "HEAD";
+  for (const auto* name : {"if-none-match", "prefer", "range"}) head.headers.erase(name);
+  std::string_view pattern;
+  auto now = route(head, pattern);
+  tag(head, now);
+  const auto etag = now.header("ETag");
+  if (now.status == 200 && !etag.empty() && lists(wanted, etag, Comparison::strong)) {
+    return std::nullopt;
+  }
+  return problem(412, "What is there is not what If-Match says.");
+}
+
 Response Api::of_error(const Error& error, const std::string& request_id) const {
   const auto seen = shown(error.fault, error.problems, settings_.hidden);
   if (status_of(error.fault) >= 500) log_fault(error.what(), request_id);
@@ -228,8 +248,14 @@ std::optional<Response> Api::refusal(const Route& route, Request& request) const
 }
 
 /// What every answer has.
-void Api::finish(const Request& request, Response& response) const {
+void Api::finish(const Request& request, Response& response) {
   tag(request, response);
+  const auto wanted = request.header("if-match"), etag = response.header("ETag");
+  const bool is_read = response.status == 200 || response.status == 206 || response.status == 304;
+  if (is_read && !wanted.empty() && !etag.empty() && !lists(wanted, etag, Comparison::strong)) {
+    response = problem(412, "What is there is not what If-Match says.");
+  }
+  encoder_.apply(request, response);
   response.headers.emplace_back("X-Content-Type-Options", "nosniff");
   if (tus::is_path(request.path)) response.headers.emplace_back("Tus-Resumable", tus::version);
   if (is_open_to_pages(request.path)) {

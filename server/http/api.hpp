@@ -12,6 +12,7 @@
 
 #include "server/asset/uploads.hpp"
 #include "server/http/callback_target.hpp"
+#include "server/http/encoding.hpp"
 #include "server/http/execution.hpp"
 #include "server/http/keys.hpp"
 #include "server/http/message.hpp"
@@ -84,7 +85,8 @@ class Api {
   Response route(Request& request, std::string_view& pattern);
   std::optional<Response> refusal(const Route& route, Request& request) const;
   Response of_error(const Error& error, const std::string& request_id) const;
-  void finish(const Request& request, Response& response) const;
+  void finish(const Request& request, Response& response);
+  std::optional<Response> refusal_of_condition(const Request& request);
 
   Response landing(const Request&, const Parameters&);
   Response api_document(const Request&, const Parameters&);
@@ -139,6 +141,7 @@ class Api {
   asset::Uploads& uploads_;
   const ApiSettings settings_;
   Metrics metrics_;
+  Encoder encoder_;
   std::mutex large_;                      // held by the one large body that is taken apart
   std::counting_semaphore<> checks_{4};   // scenes that processes look at, at once
   std::counting_semaphore<> fetches_{4};  // contents that are fetched at once

@@ -75,7 +75,6 @@ Response Api::status(const Request& request, const Parameters& parameters) {
     if (lists(known, etag)) {
       response.status = 304;
       response.body.clear();
-      response.type.clear();
     }
     return response;
   };

@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "server/http/encoding.hpp"
 #include "server/http/problem.hpp"
 
 namespace hoodoo::http {
@@ -130,8 +131,8 @@ std::string type_of(std::string_view extension) {
   return "application/octet-stream";
 }
 
-/// If-None-Match compares weakly: RFC 9110, 13.1.2.
-bool lists(std::string_view header, std::string_view etag) {
+/// What is the same in one coding is so in all.
+bool lists(std::string_view header, std::string_view etag, Comparison comparison) {
   if (header == "*") return true;
   while (!header.empty()) {
     const auto comma = header.find(',');
@@ -139,8 +140,8 @@ bool lists(std::string_view header, std::string_view etag) {
     header.remove_prefix(comma == header.npos ? header.size() : comma + 1);
     while (one.starts_with(' ') || one.starts_with('\t')) one.remove_prefix(1);
     while (one.ends_with(' ') || one.ends_with('\t')) one.remove_suffix(1);
-    if (one.starts_with("W/")) one.remove_prefix(2);
-    if (one == etag) return true;
+    if (comparison == Comparison::weak && one.starts_with("W/")) one.remove_prefix(2);
+    if (without_coding(one) == without_coding(etag)) return true;
   }
   return false;
 }
@@ -166,11 +167,11 @@ Response serve_part(const FilePart& part, std::string_view name, const Request& 
       {"Accept-Ranges", "bytes"},
       {"Cache-Control",
        is_content_addressed(stem) ? "public, max-age=31536000, immutable" : "no-cache"}};
+  response.type = type_of(extension);
   if (lists(request.header("if-none-match"), etag)) {
     response.status = 304;
     return response;
   }
-  response.type = type_of(extension);
   response.part = part;
   const auto condition = request.header("if-range");
   if (request.method != "GET" || (!condition.empty() && condition != etag)) return response;

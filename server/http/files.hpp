@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -33,8 +34,11 @@ Response serve_part(const FilePart& part, std::string_view name, const Request& 
 bool may_be_served(std::string_view name, std::span<const std::string_view> extensions);
 /// Content type of a file by its ending.
 std::string type_of(std::string_view extension);
-/// A header of If-None-Match lists the tag.
-bool lists(std::string_view header, std::string_view etag);
+enum class Comparison : std::uint8_t { weak, strong };
+/// A header of If-None-Match, or with the strong comparison of If-Match, lists the tag: RFC
+/// 9110, 8.8.3.2.
+bool lists(std::string_view header, std::string_view etag,
+           Comparison comparison = Comparison::weak);
 /// `name` is one such segment.
 bool is_plain_name(std::string_view name);
 

@@ -34,6 +34,19 @@ test('systemd finds no fault with the unit, and little that it could do without'
   });
 });
 
+test('The account of the unit is one that systemd makes', async (t) => {
+  const [, user] = /^User=(.+)$/m.exec(await readFile(unit, 'utf8'));
+  const accounts = new URL('../../deploy/hoodoo.sysusers', import.meta.url).pathname;
+  assert.match(await readFile(accounts, 'utf8'), new RegExp(`^u ${user} - `, 'm'));
+  const missing = await run('systemd-sysusers', ['--version']).then(() => false, () => true);
+  if (missing) return t.skip('systemd-sysusers is not installed');
+  await withFolder(async (root) => {
+    await mkdir(join(root, 'etc'));
+    await run('systemd-sysusers', [`--root=${root}`, accounts]);
+    assert.match(await readFile(join(root, 'etc/passwd'), 'utf8'), new RegExp(`^${user}:.*:/var/lib/hoodoo:`, 'm'));
+  });
+});
+
 test('The script for CI bakes a scene as it is and as it was, and tells whether they differ', () => withFolder(async (work) => {
   const root = await makeRoot(work), keys = join(work, 'keys.json'), out = join(work, 'out');
   const key = await makeKey(keys, 'ci', '--scopes', 'submit');

@@ -1,9 +1,9 @@
 /** Starts nginx with deploy/nginx/hoodoo.conf before a server: on a free port, with its own certificate and folder. */
 import assert from 'node:assert/strict';
 import { execFile, spawn } from 'node:child_process';
-import { mkdir, readFile, writeFile } from 'node:fs/promises';
+import { chmod, mkdir, readFile, writeFile } from 'node:fs/promises';
 import { request } from 'node:https';
-import { join } from 'node:path';
+import { dirname, join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { promisify } from 'node:util';
 
@@ -19,6 +19,8 @@ export class Nginx {
   static async start({ folder, port, upstream, data, more = '', limits = true, plain }) {
     const nginx = new Nginx();
     await mkdir(folder, { recursive: true });
+    // Workers have an account of their own, as on a real machine; only the folder of the test is nobody else's.
+    for (const path of [dirname(folder), dirname(data)]) await chmod(path, 0o755);
     const [key, certificate] = ['key.pem', 'certificate.pem'].map((name) => join(folder, name));
     await run('openssl', ['req', '-x509', '-newkey', 'rsa:2048', '-nodes', '-days', '2', '-subj', '/CN=127.0.0.1', '-addext',
                           'subjectAltName=IP:127.0.0.1', '-keyout', key, '-out', certificate]);
@@ -37,7 +39,7 @@ export class Nginx {
     await writeFile(join(folder, 'site.conf'), site);
     const scratch = ['client_body', 'proxy', 'fastcgi', 'uwsgi', 'scgi'].map((name) => `${name}_temp_path ${folder}/${name};`);
     await writeFile(join(folder, 'nginx.conf'), `
-${process.getuid() === 0 ? 'user root;' : ''}
+${process.getuid() === 0 ? 'user nobody nogroup;' : ''}
 daemon off;
 pid ${folder}/pid;
 lock_file ${folder}/lock;

@@ -38,6 +38,14 @@ const raw = (text) => new Promise((resolve, reject) => {
   socket.setEncoding('utf8').on('data', (piece) => { got += piece; }).on('close', () => resolve(got)).on('error', reject);
 });
 
+/** What nginx refuses itself is told as hoodoo tells it. */
+function isProblem({ status, headers, body }) {
+  assert.equal(headers['content-type'], 'application/problem+json');
+  const told = JSON.parse(body);
+  assert.equal(told.status, status);
+  assert.ok(told.detail.length > 10);
+}
+
 test('Links are those of the public address, over HTTP/2 too', async () => {
   for (const { href } of (await document('/')).links) assert.ok(href.startsWith(nginx.url), href);
   const session = connectTwo(nginx.url, { ca: nginx.certificate });
@@ -78,16 +86,25 @@ test('Tiles come from the disk, whole or in part, and only what is a tile', asyn
   const { status, headers, body } = await nginx.ask(tile);
   assert.equal(status, 200);
   assert.deepEqual(body, bytes);
-  for (const name of ['content-type', 'cache-control', 'access-control-allow-origin', 'x-content-type-options']) {
+  for (const name of ['content-type', 'etag', 'cache-control', 'access-control-allow-origin', 'x-content-type-options']) {
     assert.equal(headers[name], direct.headers.get(name), name);
   }
   assert.equal(headers['x-request-id'], undefined, 'hoodoo was not asked');
   const part = await nginx.ask(tile, { headers: { range: 'bytes=10-19' } });
   assert.equal(part.status, 206);
   assert.deepEqual(part.body, bytes.subarray(10, 20));
-  assert.equal((await nginx.ask(tile, { headers: { 'if-none-match': headers.etag } })).status, 304);
+  assert.equal((await nginx.ask(tile, { headers: { range: 'bytes=10-19', 'if-range': headers.etag } })).status, 206);
+  assert.equal((await nginx.ask(tile, { headers: { range: 'bytes=10-19', 'if-range': '"other"' } })).status, 200);
+  const several = await nginx.ask(tile, { headers: { range: 'bytes=0-1,4-5' } });
+  assert.deepEqual([several.status, several.headers['content-type']], [200, headers['content-type']]);
+  const unchanged = await nginx.ask(tile, { headers: { 'if-none-match': headers.etag } });
+  assert.deepEqual([unchanged.status, unchanged.headers.etag, unchanged.headers['access-control-allow-origin']], [304, headers.etag, '*']);
   assert.equal((await nginx.ask(tile, { method: 'HEAD' })).headers['content-length'], `${bytes.length}`);
-  assert.equal((await nginx.ask(tile, { method: 'DELETE' })).status, 403);
+  const refused = await nginx.ask(tile, { method: 'DELETE' });
+  assert.deepEqual([refused.status, refused.headers['content-type']], [405, 'application/problem+json']);
+  const preflight = await nginx.ask(tile, { method: 'OPTIONS', headers: { origin: 'https://elsewhere.example', 'access-control-request-headers': 'if-none-match' } });
+  assert.equal(preflight.status, 204);
+  assert.match(preflight.headers['access-control-allow-headers'], /If-None-Match/);
 
   const missing = tile.replace(/[0-9a-f]{64}/, '0'.repeat(64));
   const { status: none, headers: told } = await nginx.ask(missing);
@@ -104,6 +121,7 @@ test('What is too large, malformed or smuggled ends at nginx', async () => {
   const large = await nginx.ask('/processes/echo/execution', { method: 'POST', headers: { 'content-length': 17 * 1024 * 1024 } })
     .catch(({ code }) => ({ status: code }));
   assert.equal(large.status, 413);
+  isProblem(large);
   const first = async (text) => (await raw(text)).split('\r\n')[0];
   assert.match(await first(`GET / HTTP/1.1\r\n${host}X: ${'x'.repeat(40_000)}\r\n\r\n`), / 400 /);
   assert.match(await first(`GET /${'x'.repeat(40_000)} HTTP/1.1\r\n${host}\r\n`), / 414 /);
@@ -117,6 +135,11 @@ test('A client that posts too fast is held back, one that reads is not', async (
   const posts = await Promise.all(Array.from({ length: 60 }, () => nginx.ask('/processes/echo/execution', { method: 'POST', body: '{}' })));
   const counted = posts.filter(({ status }) => status === 429).length;
   assert.ok(counted > 20, `${counted} of 60 posts were held back`);
+  const held = posts.find(({ status }) => status === 429);
+  isProblem(held);
+  assert.equal(held.headers['retry-after'], '1');
+  const uploads = await Promise.all(Array.from({ length: 120 }, () => nginx.ask('/uploads', { method: 'POST' })));
+  assert.ok(uploads.some(({ status }) => status === 429), 'uploads are begun as fast as one likes');
   const reads = await Promise.all(Array.from({ length: 60 }, () => nginx.ask('/conformance')));
   assert.deepEqual(reads.filter(({ status }) => status !== 200), []);
 });

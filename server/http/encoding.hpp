@@ -1,0 +1,59 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "server/http/message.hpp"
+
+/// Content codings of answers: RFC 9110, 8.4 and 12.5.3; RFC 1952, 7932 and 8878.
+namespace hoodoo::http {
+
+enum class Coding : std::uint8_t { identity, gzip, br, zstd };
+
+/// The coding that a header Accept-Encoding likes best; of equals br, zstd, gzip. No coding where
+/// there is no header, or where it can't be understood.
+Coding coding_of(std::string_view accept_encoding);
+
+/// `text` in a coding; the same bytes for the same text.
+std::string encode(std::string_view text, Coding coding);
+
+/// The entity tag of content in a coding, which is not that of the content itself: "x" becomes
+/// "x-br".
+std::string tag_of(std::string_view etag, Coding coding);
+/// The same of all of its codings.
+std::string_view without_coding(std::string_view etag);
+
+/// Puts answers into the coding that their clients like best.
+///
+/// What of JSON, text, script and drawings has 1 KiB to 8 MiB, of a whole answer (200) to a request
+/// without a range. What stands in files is encoded once and kept in memory, up to `most_kept`
+/// bytes; the least used goes first.
+class Encoder {
+ public:
+  explicit Encoder(std::size_t most_kept = 32u << 20) : most_kept_(most_kept) {}
+
+  void apply(const Request& request, Response& response);
+
+ private:
+  using Text = std::shared_ptr<const std::string>;
+  struct Kept {
+    std::string tag;
+    Text text;
+  };
+
+  Text find(std::string_view tag);
+  void keep(const std::string& tag, const Text& text);
+  Text encoded(const FilePart& part, const std::string& tag, Coding coding);
+
+  const std::size_t most_kept_;
+  std::mutex kept_mutex_, encoding_mutex_;
+  std::list<Kept> kept_;  // the last used first
+  std::size_t kept_bytes_ = 0;
+};
+
+}  // namespace hoodoo::http
