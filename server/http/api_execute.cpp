@@ -7,6 +7,7 @@
 #include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
 #include "server/http/query.hpp"
+#include "server/http/turn.hpp"
 
 /// POST /processes/ID/execution.
 namespace hoodoo::http {
@@ -14,17 +15,6 @@ namespace {
 
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
-
-class Turn {
- public:
-  explicit Turn(std::counting_semaphore<>& all) : all_(all) { all_.acquire(); }
-  ~Turn() { all_.release(); }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-
- private:
-  std::counting_semaphore<>& all_;
-};
 
 /// A document of the one output, or the output itself.
 Response outputs(const char* name, json value, bool raw) {

@@ -13,11 +13,12 @@
 
 #include "engine/base/error.hpp"
 #include "server/http/files.hpp"
+#include "server/http/turn.hpp"
 
 namespace hoodoo::http {
 namespace {
 
-constexpr std::size_t least = 1u << 10, most = 8u << 20;  // [bytes]
+constexpr std::size_t least = 1u << 10, least_kept = 16u << 10, most = 8u << 20;  // [bytes]
 // Where each takes about as long as reading the file does.
 constexpr int gzip_level = 6, brotli_quality = 5, zstd_level = 6;
 
@@ -193,7 +194,7 @@ std::string_view without_coding(std::string_view etag) {
 }
 
 Encoder::Text Encoder::find(std::string_view tag) {
-  const std::scoped_lock lock(kept_mutex_);
+  const std::scoped_lock lock(mutex_);
   const auto found = std::ranges::find(kept_, tag, &Kept::tag);
   if (found == kept_.end()) return nullptr;
   kept_.splice(kept_.begin(), kept_, found);
@@ -201,7 +202,7 @@ Encoder::Text Encoder::find(std::string_view tag) {
 }
 
 void Encoder::keep(const std::string& tag, const Text& text) {
-  const std::scoped_lock lock(kept_mutex_);
+  const std::scoped_lock lock(mutex_);
   kept_.push_front({tag, text});
   kept_bytes_ += text->size();
   while (kept_bytes_ > most_kept_) {
@@ -210,14 +211,14 @@ void Encoder::keep(const std::string& tag, const Text& text) {
   }
 }
 
-/// One at a time, so that a crowd that asks for the same waits for one, and a crowd that asks for
-/// many takes the memory of one.
-Encoder::Text Encoder::encoded(const FilePart& part, const std::string& tag, Coding coding) {
-  if (auto known = find(tag)) return known;
-  const std::scoped_lock lock(encoding_mutex_);
-  if (auto known = find(tag)) return known;
-  auto text = std::make_shared<const std::string>(encode(read(part), coding));
-  keep(tag, text);
+Encoder::Text Encoder::encoded(const Response& response, const std::string& tag, Coding coding) {
+  const bool is_kept = !tag.empty() && (response.part || response.body.size() >= least_kept);
+  if (auto known = is_kept ? find(tag) : nullptr) return known;
+  const Turn turn(turns_);
+  if (auto known = is_kept ? find(tag) : nullptr) return known;  // somebody else's turn made it
+  auto text = std::make_shared<const std::string>(
+      encode(response.part ? read(*response.part) : response.body, coding));
+  if (is_kept) keep(tag, text);
   return text;
 }
 
@@ -238,13 +239,11 @@ void Encoder::apply(const Request& request, Response& response) {
   }
   if (response.status != 200 || size < least || size > most) return;
   if (!request.header("range").empty()) return;
+  response.body = *encoded(response, tag, coding);
   if (response.part) {
-    response.body = *encoded(*response.part, tag, coding);
     response.part.reset();
     std::erase_if(response.headers,
                   [](const auto& header) { return header.first == "Accept-Ranges"; });
-  } else {
-    response.body = encode(response.body, coding);
   }
   response.headers.emplace_back("Content-Encoding", name_of(coding));
   if (!tag.empty()) set_header(response, "ETag", tag);

@@ -1,10 +1,10 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
+#include <semaphore>
 #include <string>
 #include <string_view>
 
@@ -31,11 +31,12 @@ std::string_view without_coding(std::string_view etag);
 /// Puts answers into the coding that their clients like best.
 ///
 /// What of JSON, text, script and drawings has 1 KiB to 8 MiB, of a whole answer (200) to a request
-/// without a range. What stands in files is encoded once and kept in memory, up to `most_kept`
-/// bytes; the least used goes first.
+/// without a range. Files and large documents are encoded once and kept in memory, up to
+/// `most_kept` bytes; the least used goes first. A few are encoded at a time, so that a crowd takes
+/// the memory of a few.
 class Encoder {
  public:
-  explicit Encoder(std::size_t most_kept = 32u << 20) : most_kept_(most_kept) {}
+  explicit Encoder(std::size_t most_kept = 16u << 20) : most_kept_(most_kept) {}
 
   void apply(const Request& request, Response& response);
 
@@ -48,10 +49,11 @@ class Encoder {
 
   Text find(std::string_view tag);
   void keep(const std::string& tag, const Text& text);
-  Text encoded(const FilePart& part, const std::string& tag, Coding coding);
+  Text encoded(const Response& response, const std::string& tag, Coding coding);
 
   const std::size_t most_kept_;
-  std::mutex kept_mutex_, encoding_mutex_;
+  std::counting_semaphore<> turns_{2};
+  std::mutex mutex_;
   std::list<Kept> kept_;  // the last used first
   std::size_t kept_bytes_ = 0;
 };
