@@ -102,6 +102,7 @@ const skirtTriangles = (page) => page.evaluate(() => globalThis.hoodoo.terrain.s
 test('The inspector says of a point what probe and bake.json say', async () => {
   const page = await open(`job=${first}`, above(ball.center, 60));
   await page.keyboard.press('KeyI');
+  assert.ok(await page.getByText('Click a point.').isVisible());
   const { tiles } = await bakeOf(first);
   const found = [];
   for (const at of [middle, [middle[0] + 220, middle[1] - 60]]) {
@@ -130,6 +131,14 @@ test('The inspector says of a point what probe and bake.json say', async () => {
   assert.deepEqual(found.map(({ material }) => material), materials);
   assert.deepEqual(materials, ['ore', 'rock']);
 
+  await page.evaluate(() => {                        // up
+    const { navigation, stage: { camera: { position } } } = globalThis.hoodoo;
+    navigation.lookFrom(position, position.clone().add({ x: 0, y: 50, z: 50 }));
+  });
+  await settle(page);
+  await page.mouse.click(...middle);                 // on the sky
+  assert.equal((await page.textContent('#inspect-card p')).trim(), 'Nothing there.');
+  assert.deepEqual(await rows(page, 'inspect-card'), {});
   await page.keyboard.press('Escape');
   assert.ok(!await page.isVisible('#inspect-card'));
   await end(page);
@@ -261,6 +270,7 @@ test('A link shows the same view, section, measurement and mode', async () => {
   await page.keyboard.press('Digit2');
   await page.evaluate(() => globalThis.hoodoo.tools.section.cut(0, 60.5, true));
   await page.keyboard.press('KeyZ');
+  await page.keyboard.press('KeyX');
   await page.keyboard.press('KeyM');
   await page.mouse.click(...middle);
   await page.evaluate(() => { globalThis.hoodoo.navigation.orbit.enableDamping = false; });   // it would go on for a second
@@ -290,6 +300,10 @@ test('A link shows the same view, section, measurement and mode', async () => {
   assert.equal(await other.getAttribute('#tool-underground', 'aria-pressed'), 'true');
   await other.evaluate(() => { location.hash = location.hash.replace('x,60.50,-', 'y,20'); });   // a link into the open page
   await other.waitForFunction(() => globalThis.hoodoo.tools.section.text === 'y,20.00');
+  assert.ok(await other.isChecked('#wireframe'));
+  assert.equal(await other.inputValue('#colours :checked'), 'materials', 'and drops nothing of it');
+  await page.keyboard.press('KeyH');
+  await page.waitForFunction((old) => document.getElementById('share-link').value !== old, link);   // it follows the view
   await end(page);
   await end(other);
 });
