@@ -20,6 +20,7 @@ export class Job extends EventDispatcher {
     this.id = id;
     this.tileset = `${service.base}/jobs/${encodeURIComponent(id)}/tiles/tileset.json`;
     this.looking = 0; // the timer of the next look
+    this.looked = false;
   }
 
   async follow() {
@@ -29,7 +30,7 @@ export class Job extends EventDispatcher {
       for await (const info of service.follow(this.id, { onRetry, onConnect })) {
         this.dispatchEvent({ type: 'status', info });
         if (!info.links.some(({ rel }) => rel === 'preview')) continue;
-        this.#lookSoon(this.tag === undefined || Hoodoo.hasEnded(info) ? 0 : LOOK_MS);
+        this.#lookSoon(!this.looked || Hoodoo.hasEnded(info) ? 0 : LOOK_MS);
       }
     } catch (error) {
       this.dispatchEvent(isMissing(error) ? { type: 'missing' } : { type: 'error', error });
@@ -44,6 +45,7 @@ export class Job extends EventDispatcher {
   }
   async #look() {
     this.looking = 0;
+    this.looked = true;
     try {
       const response = await fetch(this.tileset, { method: 'HEAD', cache: 'no-cache' });
       const tag = response.ok && response.headers.get('etag');

@@ -61,7 +61,7 @@ function place() {
   box.getBoundingSphere(world);
   const { camera, target } = parameters;
   if (first && camera) navigation.lookFrom(camera, target ?? world.center);
-  else if (!camera && !navigation.touched) showWhole();
+  else if (!camera && (first || !navigation.touched)) showWhole();
   if (!first) return;
   if (parameters.navigation) panel.choose('navigation', parameters.navigation);
   tools.restore(parameters.tools);

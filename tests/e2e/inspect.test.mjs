@@ -302,7 +302,7 @@ test('A link shows the same view, section, measurement and mode', async () => {
   await other.waitForFunction(() => globalThis.hoodoo.tools.section.text === 'y,20.00');
   assert.ok(await other.isChecked('#wireframe'));
   assert.equal(await other.inputValue('#colours :checked'), 'materials', 'and drops nothing of it');
-  await page.keyboard.press('KeyH');
+  await page.click('#home');
   await page.waitForFunction((old) => document.getElementById('share-link').value !== old, link);   // it follows the view
   await end(page);
   await end(other);
