@@ -14,7 +14,7 @@ const pixels = (slider) => 2 ** slider;
 
 function jobLink({ jobID, title, status, created }) {
   const state = make('small', {}, `${status}, ${created.slice(0, 19).replace('T', ' ')}`);
-  return make('a', { href: `?job=${jobID}` }, title || jobID, state);
+  return make('a', { href: `?job=${jobID}`, title: title || jobID }, make('span', { className: 'name' }, title || jobID), state);
 }
 
 export class Panel {

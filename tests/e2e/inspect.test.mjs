@@ -11,7 +11,6 @@ import { launch, openPage, settle } from './browser.mjs';
 import { writeDem } from './dem.mjs';
 import { hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
-import { differences } from '../../server/viewer/compare.js';
 
 const ground = 50, side = 192;                      // m
 const ball = { center: [95, 96, 70], radius: 10 };
@@ -341,19 +340,6 @@ test('Two jobs side by side: tiles that differ are listed and tinted', async () 
   await settle(page);
   assert.ok(differ(whole, await camera()) > 10, 'a row leads to its tile');
   await end(page);
-});
-
-test('A comparison tells added, gone and changed tiles, level by level, and needs one lattice', () => {
-  const bake = (tiles, spacing = 1) => ({
-    header: { lattice: { spacing }, frame: {} },
-    tiles: new Map(Object.entries(tiles).map(([key, digests]) => [key, { key, digests }])),
-  });
-  const old = bake({ '0/0/0': ['a'], '0/10/0': ['b'], '0/2/0': ['c', 'd'], '1/0/0': ['e'] });
-  const found = differences(old, bake({ '0/0/0': ['a'], '0/2/0': ['c', 'x'], '0/3/1': ['f'], '1/0/0': ['g'] }));
-  assert.deepEqual(found.map(({ key, change }) => [key, change]),
-                   [['0/2/0', 'changed'], ['0/3/1', 'added'], ['0/10/0', 'gone'], ['1/0/0', 'changed']]);
-  assert.deepEqual(differences(old, old), []);
-  assert.equal(differences(old, bake({}, 2)), null);
 });
 
 test('A comparison with itself lists nothing, in whichever form bake.json is', async () => {
