@@ -15,6 +15,13 @@ export type JobQuery = NonNullable<paths['/jobs']['get']['parameters']['query']>
 /** `before` asks for the next page, where there is one. */
 export interface JobPage { jobs: Job[]; before: number | undefined }
 export interface Execution { priority?: number; idempotencyKey?: string; signal?: AbortSignal }
+export interface FollowOptions {
+  signal?: AbortSignal;
+  /** Called when the service was not reached and is asked once more, with what was thrown. */
+  onRetry?: (error: unknown) => void;
+  /** Called when the service answers again after that, before the next change. */
+  onConnect?: () => void;
+}
 export interface ClientOptions {
   /** The bearer key, or what gives it at each request. */
   key?: string | (() => string | null | undefined);
@@ -97,10 +104,13 @@ export class Hoodoo {
    * A job whenever it changes, until it has ended. Goes on after the connection broke or the service started again, for as
    * long as it takes unless `signal` ends it. Errors: Problem, where there is no such job; the signal's reason.
    */
-  async* follow(jobID: string, { signal }: { signal?: AbortSignal } = {}): AsyncGenerator<Job> {
+  async* follow(jobID: string, { signal, onRetry, onConnect }: FollowOptions = {}): AsyncGenerator<Job> {
+    let away = false;
     for (let known = '', failures = 0; ; ++failures) {
       try {
         const stream = await this.#events(jobID, known, signal);
+        if (away) onConnect?.();
+        away = false;
         for await (const { id, event, data } of readEvents(stream)) {
           failures = 0;
           known = id;
@@ -110,6 +120,8 @@ export class Hoodoo {
       } catch (error) {
         signal?.throwIfAborted();
         if (!untilReached(error)) throw error;
+        away = true;
+        onRetry?.(error);
       }
       await pause(failures, signal);
     }

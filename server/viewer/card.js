@@ -3,6 +3,9 @@
 const fine = new Intl.NumberFormat('en', { minimumFractionDigits: 2, maximumFractionDigits: 2 });
 export const metres = (value) => `${fine.format(value)} m`;
 
+// Little room beside the panel, as in style.css: it and the cards begin folded.
+export const isNarrow = () => matchMedia('(max-width: 720px)').matches;
+
 export function make(tag, properties = {}, ...children) {
   const element = Object.assign(document.createElement(tag), properties);
   element.append(...children);

@@ -1,7 +1,7 @@
 // Two tilesets side by side: tiles whose bytes differ are tinted, and listed.
 import { Box3, Vector3 } from 'three';
 
-import { make } from './card.js';
+import { isNarrow, make } from './card.js';
 
 const MOST_ROWS = 300;
 const ORDER = ['changed', 'added', 'gone'];
@@ -40,7 +40,7 @@ export class Compare {
     this.rows = null; // once both are read
     this.card = document.getElementById('compare-card');
     this.card.hidden = false;
-    this.card.open = !matchMedia('(max-width: 480px)').matches;
+    this.card.open = !isNarrow();
     document.body.classList.add('split');
     stage.setPanes(terrains.map((shown) => () => terrains.forEach((terrain) => { terrain.root.visible = terrain === shown; })));
     this.labels = ['A', 'B'].map((name, i) => document.body.appendChild(make('p', { className: `pane pane-${i}`, textContent: name })));

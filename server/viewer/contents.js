@@ -1,8 +1,10 @@
 // Tiles of several contents (3D Tiles 1.1, "contents"), which 3d-tiles-renderer leaves out: all of a
 // tile's are loaded before any is shown.
 export class Contents {
-  constructor() {
+  // `fetch(url, options)` gives responses.
+  constructor(fetch) {
     this.name = 'CONTENTS';
+    this.fetch = fetch;
   }
   init(tiles) {
     this.tiles = tiles;
@@ -26,9 +28,7 @@ export class Contents {
   }
   async #load(uri, tile) {
     const url = new URL(uri, `${tile.internal.basePath}/`).toString();
-    const options = this.tiles.fetchOptions;
-    const fetched = this.tiles.invokeOnePlugin((plugin) => plugin.fetchData && plugin.fetchData(url, options));
-    const response = await fetched;
+    const response = await this.fetch(url, this.tiles.fetchOptions);
     if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`);
     const loader = this.tiles.manager.getHandler('slab.glb');
     return (await loader.parseAsync(await response.arrayBuffer(), '')).scene;

@@ -27,6 +27,7 @@ export class DropZone {
   constructor(onReady) {
     this.onReady = onReady;
     this.stopped = new AbortController();
+    this.said = '';
     const zone = element('drop');
     element('file').addEventListener('change', ({ target }) => {
       if (target.files[0]) this.take(target.files[0]);
@@ -41,14 +42,23 @@ export class DropZone {
     addEventListener('drop', (event) => {
       event.preventDefault();
       zone.classList.remove('over');
-      const [file] = event.dataTransfer.files;
-      if (file && zone.contains(event.target)) this.take(file);
+      const { files } = event.dataTransfer;
+      if (files.length > 0 && zone.contains(event.target)) this.take(files[0], files.length > 1);
     });
     element('upload-stop').addEventListener('click', () => this.stopped.abort());
   }
 
-  // Shows and sends a file; gives its name, or null where that failed or was given up.
-  async take(file) {
+  // Asks for a file where the scene comes without one.
+  ask() {
+    this.#say('Its elevations do not come with it: drop any GeoTIFF here.');
+  }
+  // Says more, in place of what was said so before.
+  add(text) {
+    element('upload-message').textContent = `${this.said} ${text}`.trim();
+  }
+
+  // Shows and sends a file, one of `many`; gives its name, or null where that failed or was given up.
+  async take(file, many = false) {
     this.stopped.abort();
     const stopped = this.stopped = new AbortController();
     element('preview').hidden = true;
@@ -62,7 +72,7 @@ export class DropZone {
         onProgress: (sent, total) => { this.#progress(sent, total); this.#say(`Sending ${file.name}: ${bytes.format(sent)} of ${bytes.format(total)}.`); },
         onRetry: (error) => this.#say(`${explain(error)} Trying again.`),
       }));
-      this.#say(`${file.name} is on the server.`, 'good');
+      this.#say(`${file.name} is on the server.${many ? ' Only the first file was taken.' : ''}`, 'good');
       this.onReady(assetName(digest), file);
       return assetName(digest);
     } catch (error) {
@@ -75,6 +85,7 @@ export class DropZone {
   }
 
   #say(text, kind = '') {
+    this.said = text;
     element('upload-message').textContent = text;
     element('upload-message').dataset.kind = kind;
   }
@@ -91,7 +102,7 @@ export class DropZone {
       worker.addEventListener('error', () => reject(new Error('The file cannot be read here.')));
       worker.addEventListener('message', ({ data }) => {
         if (data.type === 'picture') this.#show(data);
-        else if (data.type === 'no picture') this.#describe(`No preview: ${data.message}`, null);
+        else if (data.type === 'no picture') this.#describe('This file may be damaged: it cannot be shown.', null, data.message);
         else if (data.type === 'read') {
           this.#progress(data.done, data.total);
           this.#say(`Reading ${file.name}.`);
@@ -103,20 +114,23 @@ export class DropZone {
   }
 
   #show({ rgba, width, height, size, spacing, part, least, most, holes }) {
-    const place = spacing ? `, ${number.format(spacing[0])} m apart` : ', no place stated';
+    const steps = [...new Set((spacing ?? []).map((step) => number.format(step)))].join(' × ');
+    const place = steps ? `, ${steps} m apart` : ', no place stated';
     const range = Number.isFinite(least) ? `${whole.format(least)} to ${whole.format(most)} m` : 'no elevations';
     const gaps = holes > 0 ? `, ${number.format(100 * holes)} % without data` : '';
     const what = `${whole.format(size[0])} × ${whole.format(size[1])} samples${place}; ${range}${gaps}.`;
     this.#describe(part ? `${what} The picture shows its middle.` : what, { rgba, width, height });
   }
-  #describe(text, picture) {
+  // `why`, for who looks closer.
+  #describe(text, picture, why = '') {
     const canvas = element('hillshade');
     canvas.hidden = !picture;
     if (picture) {
       Object.assign(canvas, { width: picture.width, height: picture.height });
       canvas.getContext('2d').putImageData(new ImageData(picture.rgba, picture.width, picture.height), 0, 0);
     }
-    element('preview-text').textContent = text;
+    Object.assign(element('preview-text'), { textContent: text, title: why });
+    element('preview-text').dataset.kind = picture ? '' : 'bad';
     element('preview').hidden = false;
   }
 }

@@ -5,7 +5,7 @@ const PARSE_MS = 1000;
 const treeOf = (state) => ensureSyntaxTree(state, state.doc.length, PARSE_MS);
 
 // The first place where the text is no JSON: {from, to, message}, or null.
-export function syntaxError(state) {
+function syntaxError(state) {
   try {
     JSON.parse(state.doc.toString());
     return null;
@@ -23,6 +23,25 @@ function errorPlace(state) {
     return first === null;
   } });
   return first;
+}
+
+// Keys that an object has twice, which the service refuses, as marks. The text must be JSON.
+function repeatedKeys(state) {
+  const marks = [];
+  treeOf(state)?.iterate({ enter({ name, node }) {
+    if (name !== 'Object') return;
+    const seen = new Set();
+    for (const { name: key, key: { from, to } } of values(node, state)) {
+      if (seen.has(key)) marks.push({ from, to, message: `The key ${JSON.stringify(key)} stands here twice.` });
+      seen.add(key);
+    }
+  } });
+  return marks.sort((a, b) => a.from - b.from);
+}
+// All for which the text cannot be sent.
+export function unreadable(state) {
+  const error = syntaxError(state);
+  return error ? [error] : repeatedKeys(state);
 }
 
 // The members of an object or the elements of an array, as nodes.

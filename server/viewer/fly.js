@@ -1,6 +1,8 @@
 // Flying: drag to look, keys to move, the wheel to set the speed. z is up.
 import { Vector3 } from 'three';
 
+import { isShortcut } from './keys.js';
+
 const MOVES = {
   KeyW: [0, 1, 0], KeyS: [0, -1, 0], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyQ: [0, 0, -1],
   KeyE: [0, 0, 1],
@@ -44,7 +46,7 @@ export class FlyControls {
     this.speed *= Math.exp(-event.deltaY * 0.001);
   }
   #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!isShortcut(event)) return;
     if (event.code in MOVES || event.code.startsWith('Shift')) this.keys.add(event.code);
   }
 

@@ -23,8 +23,8 @@ function onEarth(point, terrain) {
 
 export class Inspector {
   // `manifests`: a Map from terrains to what bake.json says of them.
-  constructor(stage, manifests, card) {
-    Object.assign(this, { stage, manifests, card });
+  constructor(stage, terrains, manifests, card) {
+    Object.assign(this, { stage, terrains, manifests, card });
     this.markers = new Markers('#ffd166');
     stage.scene.add(this.markers);
     this.found = null; // what is shown, for tests too
@@ -44,15 +44,30 @@ export class Inspector {
     mine.complete = true;
     this.#fill(mine);
   }
+  // Says what there is to do.
+  wait() {
+    this.#empty('Click a point.');
+    this.card.hidden = false;
+  }
+  miss() {
+    this.#empty('Nothing there.');
+    this.card.hidden = false;
+  }
   clear() {
-    this.found = null;
-    this.markers.show([]);
+    this.#empty('');
     this.card.hidden = true;
+  }
+  #empty(text) {
+    this.found = null;
+    this.card.querySelector('p').textContent = text;
+    fillRows(this.card.querySelector('dl'), []);
+    this.markers.show([]);
     this.stage.needsRender = true;
   }
 
   #look({ point, terrain, mesh, face }) {
-    const found = { point, earth: onEarth(point, terrain), cut: !mesh };
+    const side = this.terrains.length > 1 ? 'AB'[this.terrains.indexOf(terrain)] : null;
+    const found = { point, side, earth: onEarth(point, terrain), cut: !mesh };
     if (!mesh) return found;
     const ids = mesh.geometry.getAttribute('_feature_id_0');
     const { tile, uri } = mesh.userData;
@@ -63,10 +78,11 @@ export class Inspector {
     });
   }
 
-  #fill({ point, earth, cut, material, digest, file, geometricError, record, complete }) {
+  #fill({ point, side, earth, cut, material, digest, file, geometricError, record, complete }) {
     const waiting = digest && !complete ? '\u2026' : 'not in bake.json';
     const [level] = record?.tile.key.split('/') ?? [];
     fillRows(this.card.querySelector('dl'), [
+      ['Bake', side],
       ['Material', cut ? 'rock, cut open' : swatch(material)],
       ['Position', point.toArray().map((value) => value.toFixed(2)).join(', ')],
       ['Map', earth ? null : onMap(point, record?.header.frame)],

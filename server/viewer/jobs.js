@@ -1,7 +1,7 @@
 // The list of jobs: how far each is, to cancel, to remove, to look at, to compare.
 import { Hoodoo } from './client.js';
 import { Pair } from './pair.js';
-import { explain, isRefused, offerKey, service, withKey } from './session.js';
+import { BAKE, explain, isRefused, offerKey, service, withKey } from './session.js';
 
 const BUSY_MS = 1000, CALM_MS = 5000;
 const PAGE = 20;
@@ -44,7 +44,7 @@ class Row {
   show(job) {
     this.job = job;
     const name = job.title || job.processID, ended = Hoodoo.hasEnded(job);
-    this.title.textContent = name;
+    this.title.textContent = this.title.title = name;
     this.status.textContent = job.status;
     this.status.dataset.status = job.status;
     this.message.textContent = job.message;
@@ -53,7 +53,7 @@ class Row {
     this.progress.setAttribute('aria-label', `Progress of ${name}`);
     const priority = job.priority ? [`priority ${job.priority}`] : [];
     this.facts.textContent = [job.processID, time.format(new Date(job.created)), duration(job), ...priority].filter(Boolean).join(' · ');
-    this.open.hidden = job.processID !== 'bake-terrain' || !(job.tiles?.done > 0);
+    this.open.hidden = job.processID !== BAKE || !(job.tiles?.done > 0);
     this.open.href = `./?job=${job.jobID}`;
     this.open.setAttribute('aria-label', `Open ${name} in the viewer`);
     this.mark.hidden = this.open.hidden;
@@ -69,8 +69,9 @@ class Row {
 
   async #end() {
     const ended = Hoodoo.hasEnded(this.job);
+    if (this.ending) return;
     if (ended && !await confirmRemoval(this.title.textContent)) return;
-    this.end.disabled = true;
+    this.#setEnding(true);
     try {
       await withKey(() => service.dismiss(this.id));
       say(`${this.title.textContent} is ${ended ? 'removed' : 'cancelled'}.`);
@@ -81,9 +82,14 @@ class Row {
     } catch (error) {
       say(explain(error), true);
     } finally {
-      this.end.disabled = false;
+      this.#setEnding(false);
       update();
     }
+  }
+  // Not `disabled`, with which the button would lose the focus.
+  #setEnding(on) {
+    this.ending = on;
+    this.end.setAttribute('aria-disabled', on);
   }
 }
 

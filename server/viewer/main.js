@@ -7,10 +7,12 @@ import { Manifest } from './manifest.js';
 import { Navigation } from './navigation.js';
 import { Panel } from './panel.js';
 import { hashOf, readParameters } from './parameters.js';
+import { BAKE, explain, isRefused, offerKey } from './session.js';
 import { Stage } from './stage.js';
 import { Terrain } from './terrain.js';
 import { Tools } from './tools.js';
 
+const SAVE_MS = 300;
 const parameters = readParameters(location);
 const stage = new Stage(document.getElementById('view'), parameters.background);
 const terrains = parameters.other ? [new Terrain(stage), new Terrain(stage)] : [new Terrain(stage)];
@@ -23,7 +25,13 @@ const world = new Sphere(new Vector3(), 1000);
 let colours = 'natural';
 
 const setLook = (look) => terrains.forEach((each) => each.setLook(look));
-const panel = new Panel({
+let saveSoon = 0;
+// What is chosen stands in the address, too.
+const saving = (actions) => Object.fromEntries(Object.entries(actions).map(([name, act]) => [name, (value) => {
+  act(value);
+  save();
+}]));
+const panel = new Panel(saving({
   navigation: (mode) => { navigation.mode = mode; },
   colours: (mode) => { colours = mode; setLook({ colours }); },
   wireframe: (on) => setLook({ wireframe: on }),
@@ -33,7 +41,7 @@ const panel = new Panel({
   fog: (on) => { stage.fog = on; },
   error: (pixels) => terrains.forEach((each) => each.setErrorTarget(pixels)),
   home: () => showWhole(),
-});
+}));
 
 function lookAt(box) {
   navigation.lookAtWhole(box, stage.camera.aspect);
@@ -53,7 +61,7 @@ function place() {
   box.getBoundingSphere(world);
   const { camera, target } = parameters;
   if (first && camera) navigation.lookFrom(camera, target ?? world.center);
-  else if (!camera && !navigation.touched) showWhole();
+  else if (!camera && (first || !navigation.touched)) showWhole();
   if (!first) return;
   if (parameters.navigation) panel.choose('navigation', parameters.navigation);
   tools.restore(parameters.tools);
@@ -62,18 +70,26 @@ function place() {
 // A link to what is on screen. The page's own address is kept so, without steps in the history.
 function address() {
   const hash = hashOf({
-    camera: stage.camera.position, target: navigation.target, navigation: navigation.mode, colours, tools: tools.state,
+    camera: stage.camera.position, target: navigation.target, navigation: navigation.mode, colours, error: panel.error,
+    switches: panel.switches, tools: tools.state,
   });
   return new URL(hash, location).href;
 }
-let saveSoon;
 function save() {
   clearTimeout(saveSoon);
-  saveSoon = setTimeout(() => { if (!seen.isEmpty()) history.replaceState(null, '', address()); }, 300);
+  saveSoon = setTimeout(() => {
+    if (seen.isEmpty()) return;
+    history.replaceState(null, '', address());
+    tools.share.update(address());
+  }, SAVE_MS);
 }
 // A link opened in the page that it leads to.
 addEventListener('hashchange', () => {
-  const { camera, target, tools: said } = readParameters(location);
+  const { camera, target, navigation: mode, colours: colouring, error, switches, tools: said } = readParameters(location);
+  if (error) panel.error = error;
+  panel.switches = switches;
+  panel.choose('navigation', mode ?? 'orbit');
+  panel.choose('colours', colouring ?? 'natural');
   if (camera) navigation.lookFrom(camera, target ?? world.center);
   tools.restore(said);
 });
@@ -85,7 +101,7 @@ let drawn = 0;
 function frame(now) {
   stage.resize();
   place();
-  const moved = navigation.update((now - last) / 1000);
+  const moved = !seen.isEmpty() && navigation.update((now - last) / 1000);
   last = now;
   stage.camera.updateMatrixWorld();
   if (moved) {
@@ -114,14 +130,29 @@ function open() {
       state.errors.push(message);
       panel.error_message = message;
     });
+    each.addEventListener('recovered', () => { panel.error_message = ''; });
   }
   if (parameters.error) panel.error = parameters.error;
   if (parameters.colours) panel.choose('colours', parameters.colours);
-  if (parameters.noUi) document.body.classList.add('bare');
   stage.shadows = !parameters.background;
+  panel.switches = parameters.switches;
+  if (parameters.other) panel.fold(false);
+  if (parameters.noUi) document.body.classList.add('bare');
   if (parameters.job) [parameters.job, parameters.other].forEach((id, i) => id && followJob(id, i));
   else if (parameters.tileset) [parameters.tileset, parameters.other].forEach((path, i) => path && showTileset(path, i));
-  else listJobs().then((jobs) => panel.showJobs(jobs));
+  else showList();
+}
+
+async function showList() {
+  panel.showNoControls();
+  panel.offerKey();
+  panel.error_message = '';
+  try {
+    panel.showJobs(await listJobs());
+  } catch (error) {
+    const more = isRefused(error) ? ' Enter one by Key.' : ' Load the page again to retry.';
+    panel.error_message = explain(error) + more;
+  }
 }
 
 function showTileset(path, index) {
@@ -136,15 +167,29 @@ function openTileset(path, index) {
 
 function followJob(id, index) {
   const job = new Job(id);
-  job.addEventListener('status', ({ info }) => {
+  const fail = (text) => {
+    panel.error_message = text;
+    if (index === 0) panel.showNoControls();
+  };
+  let known = null;
+  const show = (info) => {
+    known = info;
     if (index === 0) panel.showJob(info);
     compare?.name(index, info.title || id);
+  };
+  job.addEventListener('status', ({ info }) => {
+    show(info);
+    if (info.processID !== BAKE) fail(`This job has no terrain: it is of ${info.processID}.`);
   });
-  job.addEventListener('missing', () => { panel.error_message = `There is no job ${id}.`; });
+  job.addEventListener('away', () => { if (index === 0) panel.showAway(); });
+  job.addEventListener('back', () => { if (known) show(known); });
+  job.addEventListener('missing', () => fail(`There is no job ${id}.`));
+  job.addEventListener('error', ({ error }) => fail(explain(error)));
   job.addEventListener('tileset', () => openTileset(job.tileset, index));
   job.follow();
 }
 
 globalThis.hoodoo = state; // for tests, and for the curious
+offerKey(showList);
 open();
 requestAnimationFrame(frame);

@@ -3,7 +3,13 @@ import { Raycaster, Vector3 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { FlyControls } from './fly.js';
+import { isShortcut, isTaken } from './keys.js';
 
+const TURN = Math.PI / 60; // by an arrow key
+const CLOSER = 1.1; // by + and -
+const ARROWS = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+const ZOOMS = { '+': 1 / CLOSER, '=': 1 / CLOSER, '-': CLOSER, _: CLOSER };
+const STEEPEST = Math.PI / 2 - 0.01;
 const THREE_QUARTER = new Vector3(-0.55, -0.75, 0.52).normalize();
 
 export class Navigation {
@@ -23,6 +29,7 @@ export class Navigation {
     this.orbit.addEventListener('start', () => { this.touched = true; });
     this.fly = new FlyControls(this.camera, element);
     element.addEventListener('dblclick', (event) => this.#turnAbout(event));
+    addEventListener('keydown', (event) => this.#key(event));
   }
 
   get mode() {
@@ -68,6 +75,37 @@ export class Navigation {
     this.lookFrom(centre.clone().addScaledVector(THREE_QUARTER, distance), centre);
   }
 
+  #key(event) {
+    if (!isShortcut(event) || isTaken(event)) return;
+    if (event.key in ZOOMS) this.#approach(ZOOMS[event.key]);
+    else if (event.key in ARROWS) this.#turn(...ARROWS[event.key].map((part) => part * TURN));
+    else return;
+    event.preventDefault();
+    this.touched = this.moved = true;
+  }
+  // Looks to the left and up, from where it is when it flies, else by going about the target.
+  #turn(left, up) {
+    const { forward } = this.fly;
+    const { target } = this.orbit;
+    const distance = this.camera.position.distanceTo(target);
+    const yaw = Math.atan2(forward.y, forward.x) + left;
+    const tilt = Math.asin(Math.max(-1, Math.min(1, forward.z))) + up;
+    const pitch = Math.max(-STEEPEST, Math.min(STEEPEST, tilt));
+    this.fly.lookAlong(yaw, pitch);
+    if (this.mode === 'fly') return;
+    this.camera.position.copy(target).addScaledVector(this.fly.forward, -distance);
+  }
+  #approach(factor) {
+    if (this.mode === 'fly') {
+      this.fly.speed /= factor;
+      return;
+    }
+    const { target, minDistance } = this.orbit;
+    const away = this.camera.position.clone().sub(target);
+    away.setLength(Math.max(minDistance, away.length() * factor));
+    this.camera.position.copy(target).add(away);
+  }
+
   #turnAbout(event) {
     const { index, at } = this.stage.locate(event.clientX, event.clientY);
     const ray = new Raycaster();
@@ -80,7 +118,7 @@ export class Navigation {
     this.moved = true;
   }
 
-  // True when the camera moved.
+  // True when the camera moved. There must be a view: from where the camera stands at first OrbitControls would go on for ever.
   update(seconds) {
     if (this.fly.enabled) this.moved = this.fly.update(seconds) || this.moved;
     else this.orbit.update(seconds);

@@ -5,7 +5,7 @@ import { withBothSides } from './colours.js';
 
 const MOST_PIXELS = 6; // a click may move by this
 
-// Fires 'pick' with {place} at a click that is no drag. `section` may be null.
+// Fires 'pick' with {place} at a click that is no drag, 'miss' where there is nothing. `section` may be null.
 export class Picker extends EventDispatcher {
   constructor(stage, terrains, section) {
     super();
@@ -32,7 +32,7 @@ export class Picker extends EventDispatcher {
 
   pick(clientX, clientY) {
     const place = this.at(clientX, clientY);
-    if (place) this.dispatchEvent({ type: 'pick', place });
+    this.dispatchEvent(place ? { type: 'pick', place } : { type: 'miss' });
   }
   pickCentre() {
     const { left, top, width, height } = this.stage.pane(0);

@@ -4,6 +4,9 @@ import { Hoodoo, Problem } from './client.js';
 const NAME = 'hoodoo-key';
 const element = (id) => document.getElementById(id);
 
+// The process whose jobs have a terrain to show.
+export const BAKE = 'bake-terrain';
+
 export const service = new Hoodoo(new URL('..', import.meta.url), { key: () => sessionStorage.getItem(NAME) });
 
 // Asks for a key; resolves to false where none was entered.
@@ -24,7 +27,14 @@ function askForKey(why) {
   });
 }
 
+export const isMissing = (error) => error instanceof Problem && error.status === 404;
 export const isRefused = (error) => error instanceof Problem && (error.status === 401 || error.status === 403);
+
+// What is to be said of a request that was refused for want of a key, or with a wrong one.
+function refusal({ status, detail }) {
+  if (status !== 401) return detail;
+  return sessionStorage.getItem(NAME) ? 'This key is not known here.' : 'This service needs a key.';
+}
 
 // What `call` gives; a key is asked for where it needs one. Errors: those of `call`.
 export async function withKey(call) {
@@ -32,15 +42,18 @@ export async function withKey(call) {
     try {
       return await call();
     } catch (error) {
-      if (!isRefused(error) || !await askForKey(error.detail)) throw error;
+      if (!isRefused(error) || !await askForKey(refusal(error))) throw error;
     }
   }
 }
 
+export const AWAY = 'The server does not answer.';
+
 // Says what went wrong in words for who looks at the page.
 export function explain(error) {
+  if (isRefused(error)) return refusal(error);
   if (error instanceof Problem) return error.message;
-  return error instanceof TypeError ? 'The server does not answer.' : String(error.message ?? error);
+  return error instanceof TypeError ? AWAY : String(error.message ?? error);
 }
 
 // The button by which a key is entered; `then` is called with it changed.

@@ -11,6 +11,12 @@ export class Share {
     card.append(this.field, this.said);
   }
 
+  // Keeps to what is on screen while the card is open.
+  update(address) {
+    if (this.card.hidden || this.field.value === address) return;
+    this.field.value = address;
+    this.said.textContent = 'The view has changed: copy it anew.';
+  }
   // Copies the address; where the browser refuses, it can be copied by hand.
   async show(address) {
     this.card.hidden = false;

@@ -3,16 +3,17 @@ import { Hoodoo, Problem } from './client.js';
 import { DropZone } from './dem.js';
 import { Editor } from './editor.js';
 import { listExamples, openExample } from './examples.js';
-import { marksOf, syntaxError } from './findings.js';
-import { explain, isRefused, offerKey, service, withKey } from './session.js';
+import { marksOf, unreadable } from './findings.js';
+import { AWAY, explain, isRefused, offerKey, service, withKey } from './session.js';
 
-const CHECK_MS = 500;
+const CHECK_MS = 500, AGAIN_MS = 3000;
+const SCENE = '/inputs/scene';  // in a request
 const DRAFT = 'hoodoo-draft';
 const SMALLEST = '{\n  "hoodoo": 1,\n  "name": "New terrain",\n  "terrains": [\n    {"id": "land", "dem": "dem.tif"}\n  ],\n  "bake": {"spacing": 2}\n}\n';
 const element = (id) => document.getElementById(id);
 const make = (tag, properties = {}) => Object.assign(document.createElement(tag), properties);
 
-let timer = 0, noJson = false, checking = new AbortController(), following = new AbortController();
+let timer = 0, noJson = false, waiting = null, checking = new AbortController(), following = new AbortController();
 const editor = new Editor(element('editor'), changed);
 const drops = new DropZone(assetReady);
 
@@ -22,11 +23,12 @@ function changed() {
   sessionStorage.setItem(DRAFT, editor.text);
   clearTimeout(timer);
   checking.abort();
-  const error = syntaxError(editor.state);
-  if (error) showMarks([error]);
-  else if (noJson) showMarks([]);
-  noJson = error !== null;
-  if (error) return;
+  const marks = unreadable(editor.state);
+  if (marks.length > 0 || noJson) showMarks(marks);
+  noJson = marks.length > 0;
+  if (noJson) return;
+  element('findings').classList.add('old');  // of the text before
+  if (waiting) placeAsset(waiting);
   showTerrains();
   showVerdict('Checking.', '');
   timer = setTimeout(check, CHECK_MS);
@@ -40,14 +42,17 @@ async function check() {
     showMarks(marksOf(findings, editor.state));
   } catch (error) {
     if (mine.signal.aborted) return;
-    if (error instanceof Problem && error.errors.length > 0) return showMarks(marksOf(inScene(error.errors), editor.state));
+    const errors = error instanceof Problem ? inScene(error.errors) : [];
+    if (errors.length > 0) return showMarks(marksOf(errors, editor.state));
     showVerdict(isRefused(error) ? 'It is checked when it is submitted.' : explain(error), isRefused(error) ? '' : 'bad');
+    if (explain(error) === AWAY) timer = setTimeout(check, AGAIN_MS);
   }
 }
 
 // Errors of a request, as they are in the scene that it held.
 function inScene(errors) {
-  return errors.map(({ pointer, detail }) => ({ pointer: pointer.replace(/^\/inputs\/scene/, ''), detail }));
+  return errors.filter(({ pointer }) => pointer.startsWith(SCENE))
+    .map(({ pointer, detail }) => ({ pointer: pointer.slice(SCENE.length), detail }));
 }
 
 function showVerdict(text, kind) {
@@ -57,6 +62,7 @@ function showVerdict(text, kind) {
 
 function showMarks(marks) {
   editor.mark(marks);
+  element('findings').classList.remove('old');
   element('findings').replaceChildren(...marks.map(({ from, message, pointer }) => {
     const button = make('button', { type: 'button', className: 'finding' });
     button.append(make('span', { className: 'line', textContent: `Line ${editor.lineOf(from)}` }));
@@ -106,10 +112,17 @@ function assetReady(name, file) {
   if (![...element('assets').children].some(({ value }) => value === name)) {
     element('assets').append(make('option', { value: name, label: file.name }));
   }
-  const error = syntaxError(editor.state);
+  placeAsset(name);
+}
+// Into the chosen terrain; while the text cannot be read it waits until it can.
+function placeAsset(name) {
+  const unread = unreadable(editor.state).length > 0;
+  waiting = unread ? name : null;
+  if (unread) return drops.add('It is put into the scene when that has been put right.');
   const terrain = element('target').value || 0;
-  if (!error && editor.setString(`/terrains/${terrain}/dem`, name)) return check();
-  element('upload-message').textContent += ` The scene has no terrain to put it in; its name is ${name}.`;
+  drops.add('');
+  if (editor.setString(`/terrains/${terrain}/dem`, name)) return check();
+  drops.add(`The scene has no terrain to put it in; its name is ${name}.`);
 }
 
 // --- examples
@@ -124,6 +137,7 @@ async function offerExamples() {
       const { text, file } = await openExample(example);
       editor.text = text;
       if (file) await drops.take(file);
+      else drops.ask();
     } catch (error) {
       showVerdict(explain(error), 'bad');
     }
@@ -133,18 +147,20 @@ async function offerExamples() {
 // --- submission
 
 async function submit() {
-  const error = syntaxError(editor.state);
-  if (error) {
-    showMarks([error]);
-    editor.reveal(error.from);
-    return say('The scene is no JSON.', 'bad');
+  const unread = unreadable(editor.state);
+  if (unread.length > 0) {
+    showMarks(unread);
+    editor.reveal(unread[0].from);
+    return say('The scene cannot be read.', 'bad');
   }
-  const scene = JSON.parse(editor.text), priority = Number(element('priority').value) || 0;
+  if (!element('priority').reportValidity()) return say('The priority is a whole number from -10 to 10.', 'bad');
+  const scene = JSON.parse(editor.text), priority = Number(element('priority').value);
   element('submit').disabled = true;
   say('Sending.', '');
   try {
     const job = await withKey(() => service.submit(scene, { priority }));
     say('The job was taken.', 'good');
+    showMarks([]);
     follow(job);
   } catch (problem) {
     refuse(problem);
@@ -157,13 +173,16 @@ function say(text, kind) {
   element('submit-message').dataset.kind = kind;
 }
 
+// What is wrong with the scene is marked in it, all else said beside the button.
 function refuse(problem) {
-  const errors = problem instanceof Problem ? inScene(problem.errors) : [];
-  if (errors.length === 0) return say(explain(problem), 'bad');
-  say(problem.detail, 'bad');
+  const errors = problem instanceof Problem ? problem.errors : [];
+  const inside = errors.filter(({ pointer }) => pointer.startsWith(SCENE));
+  if (inside.length < errors.length || inside.length === 0) say(explain(problem), 'bad');
+  else say(problem.detail, 'bad');
+  if (inside.length === 0) return;
   clearTimeout(timer);
   checking.abort();
-  const marks = marksOf(errors, editor.state);
+  const marks = marksOf(inScene(inside), editor.state);
   showMarks(marks);
   editor.reveal(marks[0].from);
 }
@@ -171,11 +190,14 @@ function refuse(problem) {
 async function follow(first) {
   following.abort();
   const mine = following = new AbortController();
+  let known = first;
+  const onRetry = () => { element('job-message').textContent = `${AWAY} Trying again.`; };
+  const onConnect = () => showJob(known);
   element('job').hidden = false;
   showJob(first);
   element('job').scrollIntoView({ block: 'nearest' });
   try {
-    for await (const job of service.follow(first.jobID, { signal: mine.signal })) showJob(job);
+    for await (const job of service.follow(first.jobID, { signal: mine.signal, onRetry, onConnect })) showJob(known = job);
   } catch (error) {
     if (!mine.signal.aborted) element('job-message').textContent = explain(error);
   }
@@ -183,7 +205,7 @@ async function follow(first) {
 function showJob(job) {
   const ended = Hoodoo.hasEnded(job);
   element('job').dataset.id = job.jobID;
-  element('job-title').textContent = job.title || job.jobID;
+  element('job-title').textContent = element('job-title').title = job.title || job.jobID;
   element('job-status').textContent = job.status;
   element('job-status').dataset.status = job.status;
   element('job-message').textContent = job.message;

@@ -9,27 +9,16 @@ import { Bounds } from './bounds.js';
 import { colourMesh, wire } from './colours.js';
 import { Contents } from './contents.js';
 import { digestOf } from './manifest.js';
+import { Models, Sharing } from './models.js';
+import { Patience } from './patience.js';
 
 const FRAMES_OF_REST = 10;
 
 const isSkirt = (mesh) => mesh.geometry.userData.hoodoo?.role === 'skirt';
 const triangleCount = (mesh) => (mesh.geometry.index ?? mesh.geometry.attributes.position).count / 3;
 
-// Counts the bytes of tiles that come in.
-class Meter {
-  constructor(add) {
-    this.name = 'METER';
-    this.add = add;
-  }
-  async fetchData(url, options) {
-    const response = await fetch(url, options);
-    this.add(Number(response.headers.get('content-length')) || 0);
-    return response;
-  }
-}
-
 // Fires 'open' when a tileset is asked for, 'change' when the picture changes, 'ready' at the first tile,
-// 'error' with a message.
+// 'error' with a message, 'recovered' when all has come after one.
 export class Terrain extends EventDispatcher {
   constructor(stage) {
     super();
@@ -42,7 +31,9 @@ export class Terrain extends EventDispatcher {
     this.draco = new DRACOLoader().setDecoderPath('vendor/three/examples/jsm/libs/draco/gltf/');
     this.look = { colours: 'natural', wireframe: false, skirts: true, underground: false, cut: false, changes: null };
     this.errorTarget = 8;
-    this.bytes = 0;
+    this.models = new Models();
+    this.patience = new Patience();
+    this.calm = null; // frames in which nothing was missing after an error, or null without one
     this.current = null; // on screen
     this.next = null; // loading, to take its place
     this.rested = 0; // frames that `next` has asked for nothing
@@ -59,18 +50,18 @@ export class Terrain extends EventDispatcher {
 
   #load() {
     const tiles = new TilesRenderer(this.url);
-    tiles.registerPlugin(new Meter((bytes) => { this.bytes += bytes; }));
+    tiles.registerPlugin(new Sharing(this.models));
     tiles.registerPlugin(new GLTFExtensionsPlugin({
       dracoLoader: this.draco, meshoptDecoder: MeshoptDecoder, metadata: true,
     }));
-    tiles.registerPlugin(new Contents());
+    tiles.registerPlugin(new Contents((url, options) => this.models.fetch(url, options)));
     tiles.errorTarget = this.errorTarget;
     tiles.setCamera(this.stage.camera);
     tiles.addEventListener('load-model', ({ scene, tile }) => this.#dress(scene, tile));
     tiles.addEventListener('tile-visibility-change', () => this.#changed());
-    tiles.addEventListener('load-error', ({ error, tile, url }) => {
-      this.dispatchEvent({ type: 'error', message: `${url}: ${error.message}` });
-      if (!tile && tiles === this.next) this.#giveUp();
+    tiles.addEventListener('load-error', ({ error, tile }) => {
+      if (tile) this.#missTile(tiles, tile);
+      else if (tiles === this.next) this.#missTileset(error);
     });
     tiles.addEventListener('load-root-tileset', () => this.#stand(tiles));
     tiles.group.visible = false;
@@ -84,6 +75,36 @@ export class Terrain extends EventDispatcher {
     if (!transform) return;
     new Matrix4().fromArray(transform).invert().decompose(tiles.group.position, tiles.group.quaternion, tiles.group.scale);
     tiles.group.updateMatrixWorld(true);
+  }
+
+  #missTile(tiles, tile) {
+    this.#fail('A tile could not be loaded; trying again.', () => {
+      if (tiles !== this.current && tiles !== this.next) return;
+      // Not resetFailedTiles(), which stumbles over tiles that were never looked at, and leaves the tile in the cache,
+      // which takes none twice.
+      if (tiles.lruCache.remove(tile)) --tiles.stats.failed;
+    });
+  }
+  // A server that is away may come back; one that answers will say the same.
+  #missTileset(error) {
+    const { url } = this;
+    const away = error instanceof TypeError && new URL(url).origin === location.origin;
+    if (away) this.#fail('The tileset could not be loaded; trying again.', () => { if (this.url === url) this.open(url); });
+    else this.dispatchEvent({ type: 'error', message: `The tileset could not be loaded: ${error.message}` });
+    this.#giveUp();
+  }
+  #fail(message, retry) {
+    this.calm = 0;
+    this.patience.later(retry);
+    this.dispatchEvent({ type: 'error', message });
+  }
+  #recover() {
+    if (this.calm === null) return;
+    this.calm = this.patience.waits || this.busy ? 0 : this.calm + 1;
+    if (this.calm <= FRAMES_OF_REST) return;
+    this.calm = null;
+    this.patience.rest();
+    this.dispatchEvent({ type: 'recovered' });
   }
 
   #changed() {
@@ -162,6 +183,7 @@ export class Terrain extends EventDispatcher {
       tiles.update();
     }
     this.#settle();
+    this.#recover();
     if (!this.changed) return;
     this.changed = false;
     this.bounds.show(this.visibleTiles.map(({ tile, level }) => ({ box: tile.boundingVolume.box, level })));
@@ -218,7 +240,7 @@ export class Terrain extends EventDispatcher {
 
   // Tiles and triangles on screen, those of skirts among them, tiles per level, and the materials.
   statistics() {
-    const result = { tiles: 0, triangles: 0, skirtTriangles: 0, levels: [], materials: new Map(), bytes: this.bytes };
+    const result = { tiles: 0, triangles: 0, skirtTriangles: 0, levels: [], materials: new Map(), bytes: this.models.bytes };
     for (const { tile, level } of this.visibleTiles) {
       ++result.tiles;
       result.levels[level] = (result.levels[level] ?? 0) + 1;

@@ -2,6 +2,7 @@
 import { Vector3 } from 'three';
 
 import { Inspector } from './inspect.js';
+import { isShortcut } from './keys.js';
 import { Measure } from './measure.js';
 import { Picker } from './pick.js';
 import { Section } from './section.js';
@@ -22,11 +23,12 @@ export class Tools {
     Object.assign(this, { stage, changed, address });
     this.section = new Section(stage, terrains);
     this.underground = new Underground(stage, terrains);
-    this.inspector = new Inspector(stage, manifests, element('inspect-card'));
+    this.inspector = new Inspector(stage, terrains, manifests, element('inspect-card'));
     this.measure = new Measure(stage, element('measure-card'));
     this.share = new Share(element('share-card'));
     this.picker = new Picker(stage, terrains, this.section);
     this.picker.addEventListener('pick', ({ place }) => this.#pick(place));
+    this.picker.addEventListener('miss', () => this.#miss());
     this.active = null; // what a click does: inspect, measure or nothing
     for (const name of Object.values(KEYS)) element(`tool-${name}`).addEventListener('click', () => this.use(name));
     element('tool-help').addEventListener('click', () => element('help').showModal());
@@ -49,7 +51,8 @@ export class Tools {
   }
   #activate(name) {
     this.active = name;
-    if (name !== 'inspect') this.inspector.clear();
+    if (name === 'inspect') this.inspector.wait();
+    else this.inspector.clear();
     if (name !== 'measure') this.measure.set([]);
     else element('measure-card').hidden = false;
     this.stage.renderer.domElement.classList.toggle('picking', name !== null);
@@ -60,7 +63,9 @@ export class Tools {
     this.#press();
   }
 
+  // The focus goes back to the button of the tool, where it was in the card.
   #close(name) {
+    if (element(`${name}-card`).contains(document.activeElement)) element(`tool-${name}`).focus();
     if (name === this.active) this.use(name);
     else if (name === 'section') this.section.cut(null);
     else element(`${name}-card`).hidden = true;
@@ -78,9 +83,19 @@ export class Tools {
     if (this.active) this.changed();
   }
 
+  #miss() {
+    if (this.active === 'inspect') this.inspector.miss();
+  }
+  // The card that stands over the others first.
+  #putAway() {
+    if (!element('share-card').hidden) this.#close('share');
+    else if (this.active) this.use(this.active);
+    else if (this.section.axis !== null) this.#close('section');
+  }
+
   #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
-    if (event.target.matches?.('input:not([type=range], [type=radio], [type=checkbox]), textarea')) return;
+    if (event.code === 'Escape' && !document.querySelector('dialog[open]')) return this.#putAway();
+    if (!isShortcut(event)) return;
     if (event.code === 'Comma' || event.code === 'Period') {
       this.section.move(event.code === 'Comma' ? -STEP : STEP);
       this.changed();
@@ -91,8 +106,6 @@ export class Tools {
     } else if (event.code === 'KeyV' && this.section.axis !== null) {
       this.section.flip();
       this.changed();
-    } else if (event.code === 'Escape' && this.active) {
-      this.use(this.active);
     } else if (event.code === 'Enter' && this.active && !event.target.matches?.('button, a, input')) {
       this.picker.pickCentre();
     }

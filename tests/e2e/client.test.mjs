@@ -125,8 +125,10 @@ test('Events go on from where they broke, and end with the signal', async () => 
     return new Response(stream, { headers: response.headers });
   } });
   const { jobID } = await breaking.submit(sceneOf(name, 1));
-  const updates = [];
-  for await (const { updated } of breaking.follow(jobID)) updates.push(updated);
+  const updates = [], told = [];
+  const tell = { onRetry: ({ name: kind }) => told.push(kind), onConnect: () => told.push('back') };
+  for await (const { updated } of breaking.follow(jobID, tell)) updates.push(updated);
+  assert.deepEqual(told.slice(0, 2), ['TypeError', 'back']);
   assert.equal((await client.job(jobID)).status, 'successful');
   assert.ok(known.length >= 2 && known[0] === null && known.slice(1).every((id) => /^\d+$/.test(id)), JSON.stringify(known));
   assert.equal(new Set(updates).size, updates.length, 'none came twice');

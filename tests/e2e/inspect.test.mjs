@@ -11,7 +11,6 @@ import { launch, openPage, settle } from './browser.mjs';
 import { writeDem } from './dem.mjs';
 import { hoodoo, makeFolder, removeFolder } from './hoodoo.mjs';
 import { Server } from './server.mjs';
-import { differences } from '../../server/viewer/compare.js';
 
 const ground = 50, side = 192;                      // m
 const ball = { center: [95, 96, 70], radius: 10 };
@@ -102,6 +101,7 @@ const skirtTriangles = (page) => page.evaluate(() => globalThis.hoodoo.terrain.s
 test('The inspector says of a point what probe and bake.json say', async () => {
   const page = await open(`job=${first}`, above(ball.center, 60));
   await page.keyboard.press('KeyI');
+  assert.ok(await page.getByText('Click a point.').isVisible());
   const { tiles } = await bakeOf(first);
   const found = [];
   for (const at of [middle, [middle[0] + 220, middle[1] - 60]]) {
@@ -130,6 +130,14 @@ test('The inspector says of a point what probe and bake.json say', async () => {
   assert.deepEqual(found.map(({ material }) => material), materials);
   assert.deepEqual(materials, ['ore', 'rock']);
 
+  await page.evaluate(() => {                        // up
+    const { navigation, stage: { camera: { position } } } = globalThis.hoodoo;
+    navigation.lookFrom(position, position.clone().add({ x: 0, y: 50, z: 50 }));
+  });
+  await settle(page);
+  await page.mouse.click(...middle);                 // on the sky
+  assert.equal((await page.textContent('#inspect-card p')).trim(), 'Nothing there.');
+  assert.deepEqual(await rows(page, 'inspect-card'), {});
   await page.keyboard.press('Escape');
   assert.ok(!await page.isVisible('#inspect-card'));
   await end(page);
@@ -261,6 +269,7 @@ test('A link shows the same view, section, measurement and mode', async () => {
   await page.keyboard.press('Digit2');
   await page.evaluate(() => globalThis.hoodoo.tools.section.cut(0, 60.5, true));
   await page.keyboard.press('KeyZ');
+  await page.keyboard.press('KeyX');
   await page.keyboard.press('KeyM');
   await page.mouse.click(...middle);
   await page.evaluate(() => { globalThis.hoodoo.navigation.orbit.enableDamping = false; });   // it would go on for a second
@@ -290,6 +299,10 @@ test('A link shows the same view, section, measurement and mode', async () => {
   assert.equal(await other.getAttribute('#tool-underground', 'aria-pressed'), 'true');
   await other.evaluate(() => { location.hash = location.hash.replace('x,60.50,-', 'y,20'); });   // a link into the open page
   await other.waitForFunction(() => globalThis.hoodoo.tools.section.text === 'y,20.00');
+  assert.ok(await other.isChecked('#wireframe'));
+  assert.equal(await other.inputValue('#colours :checked'), 'materials', 'and drops nothing of it');
+  await page.click('#home');
+  await page.waitForFunction((old) => document.getElementById('share-link').value !== old, link);   // it follows the view
   await end(page);
   await end(other);
 });
@@ -327,19 +340,6 @@ test('Two jobs side by side: tiles that differ are listed and tinted', async () 
   await settle(page);
   assert.ok(differ(whole, await camera()) > 10, 'a row leads to its tile');
   await end(page);
-});
-
-test('A comparison tells added, gone and changed tiles, level by level, and needs one lattice', () => {
-  const bake = (tiles, spacing = 1) => ({
-    header: { lattice: { spacing }, frame: {} },
-    tiles: new Map(Object.entries(tiles).map(([key, digests]) => [key, { key, digests }])),
-  });
-  const old = bake({ '0/0/0': ['a'], '0/10/0': ['b'], '0/2/0': ['c', 'd'], '1/0/0': ['e'] });
-  const found = differences(old, bake({ '0/0/0': ['a'], '0/2/0': ['c', 'x'], '0/3/1': ['f'], '1/0/0': ['g'] }));
-  assert.deepEqual(found.map(({ key, change }) => [key, change]),
-                   [['0/2/0', 'changed'], ['0/3/1', 'added'], ['0/10/0', 'gone'], ['1/0/0', 'changed']]);
-  assert.deepEqual(differences(old, old), []);
-  assert.equal(differences(old, bake({}, 2)), null);
 });
 
 test('A comparison with itself lists nothing, in whichever form bake.json is', async () => {

@@ -1,12 +1,13 @@
 /** The viewer's pages of jobs and of submission, as somebody uses them who has a DEM and a scene in mind. */
 import assert from 'node:assert/strict';
-import { mkdir, readFile } from 'node:fs/promises';
-import { basename, join } from 'node:path';
+import { mkdir, readFile, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { launch, openPage, settle } from './browser.mjs';
 import { writeDem } from './dem.mjs';
 import { example, makeFolder, makeKey, removeFolder, synthesize } from './hoodoo.mjs';
 import { Server } from './server.mjs';
+import { drop, says, textOf, write } from './submitting.mjs';
 
 const sizes = [[1280, 800], [400, 800]];
 const axe = await readFile(join(import.meta.dirname, 'node_modules/axe-core/axe.min.js'), 'utf8');
@@ -35,23 +36,6 @@ async function open(path, size = sizes[0], at = server) {
   await page.goto(`${at.url}/viewer/${path}`);
   return page;
 }
-const says = (page, id, pattern) => page.waitForFunction(
-  ([name, source]) => new RegExp(source).test(document.getElementById(name).textContent), [id, pattern.source]);
-
-/** Drops a file as from a file manager. */
-async function drop(page, file) {
-  const bytes = (await readFile(file)).toString('base64');
-  const transfer = await page.evaluateHandle(async ([text, name]) => {
-    const data = new DataTransfer();
-    data.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name, { type: 'image/tiff' }));
-    return data;
-  }, [bytes, basename(file)]);
-  await page.dispatchEvent('#drop', 'dragenter', { dataTransfer: transfer });
-  assert.ok(await page.locator('#drop.over').count(), 'the zone shows that it takes the file');
-  await page.dispatchEvent('#drop', 'drop', { dataTransfer: transfer });
-}
-/** The text of the editor, whose lines are elements. */
-const textOf = (page) => page.locator('.cm-content').evaluate((content) => [...content.querySelectorAll('.cm-line')].map((line) => line.textContent).join('\n'));
 /** Moves to the end of the line before the last brace. */
 async function toLastMember(page) {
   await page.locator('.cm-content').focus();
@@ -124,34 +108,74 @@ test('A DEM is dropped, a scene edited, put right and submitted; its tiles come 
 
 test('Marks stand at the place of an error', async () => {
   const page = await open('submit.html');
-  const write = async (text) => {
-    await page.locator('.cm-content').focus();
-    await page.keyboard.press('Control+A');
-    await page.keyboard.insertText(text);
-  };
   const lines = () => page.locator('.finding .line').allTextContents();
-  await write('{\n"hoodoo": 1,\n"terrains": [{"id": "a", "dem": "flat.tif"}],\n"bake": {"spacing": 2},,\n"name": "x"}');
+  await write(page, '{\n"hoodoo": 1,\n"terrains": [{"id": "a", "dem": "flat.tif"}],\n"bake": {"spacing": 2},,\n"name": "x"}');
   await says(page, 'verdict', /wrong/);
   assert.deepEqual(await lines(), ['Line 4']);
-  await write(' ');
+  await write(page, ' ');
   await says(page, 'findings', /Line 1/);
-  await write('{"hoodoo": 1,\n"terrains": [\n{"id": "a", "dem": "flat.tif"},\n{"id": "a", "dem": "none.tif"}],\n"bake": {\n"spacing": "x",\n"what/~": 1}}');
+  await write(page, '{"hoodoo": 1,\n"terrains": [\n{"id": "a", "dem": "flat.tif"},\n{"id": "a", "dem": "none.tif"}],\n"bake": {\n"spacing": "x",\n"what/~": 1}}');
   await says(page, 'findings', /spacing/);
   const findings = await page.locator('.finding').allTextContents();
   assert.ok(findings.some((text) => /^Line 6\/bake\/spacing/.test(text)), findings.join('\n'));
   assert.ok(findings.some((text) => /^Line 7\/bake\/what~1~0/.test(text)), findings.join('\n'));
   assert.ok(findings.some((text) => /^Line 4\/terrains\/1/.test(text)), findings.join('\n'));
 
+  await write(page, '{"hoodoo": 1, "name": "x",\n"terrains": [{"id": "a", "dem": "flat.tif"}, {"id": "b", "dem": "flat.tif"}],\n"name": "y"}');
+  await says(page, 'findings', /The key "name" stands here twice/);
+  assert.deepEqual(await lines(), ['Line 3']);
+  await page.click('#submit');
+  await says(page, 'submit-message', /cannot be read/);
+  await write(page, '{"hoodoo": 1,\n"terrains": [\n{"id": "a", "dem": "flat.tif"},\n{"id": "b", "dem": "none.tif"}],\n"bake": {"spacing": 2}}');
+
   const fields = page.locator('#terrain-fields input');   // each terrain has a field for its elevations
   assert.equal(await fields.count(), 2);
   await fields.nth(1).fill('flat.tif');
   await fields.nth(1).press('Enter');
-  assert.match(await textOf(page), /\{"id": "a", "dem": "flat.tif"\}\],/);
+  assert.match(await textOf(page), /\{"id": "b", "dem": "flat.tif"\}\],/);
   await page.selectOption('#target', '1');
   await page.setInputFiles('#file', dem);
   await says(page, 'upload-message', /is on the server/);
-  assert.match(await textOf(page), /"dem": "flat.tif"\},\n\{"id": "a", "dem": "sha256-/, 'the file went to the chosen terrain');
+  assert.match(await textOf(page), /"dem": "flat.tif"\},\n\{"id": "b", "dem": "sha256-/, 'the file went to the chosen terrain');
   assert.deepEqual(page.problems, []);
+  await page.end();
+});
+
+test('What is wrong beside the scene is said beside the button, and nothing is left of it afterwards', async () => {
+  const page = await open('submit.html');
+  await write(page, JSON.stringify(flat(8, 'Late')));
+  await says(page, 'verdict', /can be baked/);
+  await page.fill('#priority', '99');
+  await page.click('#submit');
+  await says(page, 'submit-message', /from -10 to 10/);
+  assert.equal(await page.locator('.finding').count(), 0);
+  await page.fill('#priority', '1');
+  let away = true;
+  await page.route('**/events', (route) => (away ? route.abort() : route.continue()));
+  await page.click('#submit');
+  await says(page, 'submit-message', /was taken/);
+  assert.match(await page.textContent('#verdict'), /can be baked/);
+  await says(page, 'job-message', /does not answer. Trying again/);
+  away = false;
+  await says(page, 'job-message', /Finished/);
+  await page.end();
+});
+
+test('A damaged file is called so, of two the first is taken, and it waits for a scene that can be read', async () => {
+  const page = await open('submit.html');
+  const short = join(work, 'short.tif');
+  await writeFile(short, (await readFile(dem)).subarray(0, 5000));
+  await page.setInputFiles('#file', short);
+  await says(page, 'preview-text', /may be damaged/);
+  await says(page, 'upload-message', /on the server/);
+  await write(page, '{"hoodoo": 1, "terrains": [{"id": "a", "dem": "flat.tif"}],');
+  await drop(page, dem, 2);
+  await says(page, 'upload-message', /Only the first file was taken.*has been put right/);
+  await page.keyboard.press('Control+End');
+  await page.keyboard.type('"bake": {"spacing": 8}}');
+  await says(page, 'verdict', /can be baked/);
+  assert.match(await textOf(page), /"dem": "sha256-/);
+  assert.match(await page.textContent('#upload-message'), /taken\.$/);
   await page.end();
 });
 
@@ -197,6 +221,7 @@ test('The list of jobs shows how far each is; one is cancelled and removed, and 
   assert.equal(await other.locator('.badge').textContent(), 'successful');
   await row.getByRole('button', { name: 'Cancel Long' }).press('Enter');
   await row.locator('.badge', { hasText: 'dismissed' }).waitFor();
+  assert.equal(await page.evaluate(() => document.activeElement.getAttribute('aria-label')), 'Remove Long', 'the focus stays');
   assert.equal((await server.json(`/jobs/${long}`)).status, 'dismissed');
   assert.equal((await server.json(`/jobs/${kept}`)).status, 'successful');
 
@@ -290,7 +315,16 @@ test('A service with keys asks for one, which is kept until the tab is closed', 
   const key = await makeKey(keys, 'somebody');
   const guarded = await Server.start({ data: join(work, 'guarded'), args: ['--keys', keys] });
   try {
-    const page = await open('jobs.html', sizes[0], guarded);
+    const page = await open('', sizes[0], guarded);
+    await page.waitForSelector('#key-dialog[open]');
+    await page.keyboard.press('Escape');
+    await says(page, 'error-said', /needs a key/);
+    await page.click('#key-button');
+    await page.fill('#key', 'wrong');
+    await page.keyboard.press('Enter');
+    await says(page, 'key-why', /not known/);
+    await page.evaluate(() => sessionStorage.clear());
+    await page.goto(`${guarded.url}/viewer/jobs.html`);
     await page.waitForSelector('#key-dialog[open]');
     await page.keyboard.press('Escape');
     await says(page, 'message', /needs a key/);

@@ -49,6 +49,8 @@ async function showsTiles(page) {
 test('It shows a job while it bakes, and all of it at the end', async () => {
   const page = await open('/viewer/');   // so that the browser is ready when the bake begins
   id = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.75 } });
+  const asked = [];
+  page.on('request', (request) => { if (/\.glb$|jobs\/\w+$/.test(request.url())) asked.push(request.url()); });
   await page.goto(`${server.url}/viewer/?job=${id}`);
   await showsTiles(page);
   const { status } = await server.json(`/jobs/${id}`);
@@ -57,7 +59,9 @@ test('It shows a job while it bakes, and all of it at the end', async () => {
   await page.waitForFunction(() => document.getElementById('message').textContent === 'Finished.', null, { timeout: 60_000 });
   await settle(page);
   assert.equal(await page.textContent('#title'), scene.name);
+  assert.equal(await page.textContent('#job-status'), 'successful');
   const live = await statistics(page);
+  assert.ok(asked.length > 1 && new Set(asked).size === asked.length, `each tile is fetched once, not ${asked.length} for ${new Set(asked).size}`);
   assert.deepEqual(page.problems, []);
   await page.end();
 
@@ -71,16 +75,16 @@ test('It shows a job while it bakes, and all of it at the end', async () => {
 test('A tileset with nothing to see yet holds up no later one', async () => {
   const page = await openPage(browser, server.url, [960, 540]);
   const bare = ({ content, contents, children, ...tile }) => ({ ...tile, ...children && { children: children.map(bare) } });
-  let looks = 0, loads = 0;
-  await page.route(`**/jobs/${id}`, async (route) => {   // as if the bake had only begun at the first look
-    const response = await route.fetch();
-    const info = await response.json();
-    await route.fulfill({ response, json: ++looks === 1 ? { ...info, status: 'running' } : info });
+  let asked = 0, looks = 0, loads = 0;
+  await page.route('**/events', async (route) => {   // as if the bake had only begun at the first look
+    const began = ++asked === 1, info = await server.json(`/jobs/${id}`);
+    const data = JSON.stringify(began ? { ...info, status: 'running' } : info);
+    await route.fulfill({ contentType: 'text/event-stream', body: `id: ${asked}\nevent: ${began ? 'status' : 'end'}\ndata: ${data}\n\n` });
   });
   await page.route('**/tileset.json', async (route) => {
     const response = await route.fetch();
     if (route.request().method() === 'HEAD') {
-      await route.fulfill({ response, headers: { ...response.headers(), etag: `"${looks}"` } });
+      await route.fulfill({ response, headers: { ...response.headers(), etag: `"${++looks}"` } });
     } else if (++loads === 1) {
       const tileset = await response.json();
       await route.fulfill({ response, json: { ...tileset, root: bare(tileset.root) } });
@@ -91,6 +95,51 @@ test('A tileset with nothing to see yet holds up no later one', async () => {
   await page.goto(`${server.url}/viewer/?job=${id}`);
   await showsTiles(page);
   assert.equal(loads, 2);
+  await page.end();
+});
+
+test('Tiles that did not come are asked for again, and it says so until they are there', async () => {
+  const page = await openPage(browser, server.url, [960, 540]);
+  let broken = true;
+  await page.route('**/*.glb', (route) => (broken ? route.abort() : route.continue()));
+  await page.goto(`${server.url}/viewer/?job=${id}`);
+  await page.waitForSelector('#error-box:not([hidden])');
+  assert.equal((await page.textContent('#error-said')).trim(), 'A tile could not be loaded; trying again.');
+  await page.click('#error-close');
+  assert.ok(await page.isHidden('#error-box'));
+  await page.waitForSelector('#error-box:not([hidden])');   // once more in vain
+  broken = false;
+  await showsTiles(page);
+  await page.waitForSelector('#error-box', { state: 'hidden' });
+  await settle(page);
+  const whole = await statistics(page);
+  await page.reload();
+  await settle(page);
+  assert.deepEqual(whole, await statistics(page), 'nothing is missing');
+  await page.end();
+});
+
+test('It says that the server is away, and goes on when it is back', async () => {
+  const page = await openPage(browser, server.url, [960, 540]);
+  let away = true;
+  await page.route('**/events', (route) => (away ? route.abort() : route.continue()));
+  await page.goto(`${server.url}/viewer/?job=${id}`);
+  await page.waitForFunction(() => /does not answer; trying again/.test(document.getElementById('message').textContent));
+  assert.ok(await page.isHidden('#progress'));
+  away = false;
+  await page.waitForFunction(() => document.getElementById('message').textContent === 'Finished.');
+  await showsTiles(page);
+  await page.end();
+});
+
+test('What was cancelled is shown as far as it came, and said to be incomplete', async () => {
+  const job = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.5 } });
+  await server.follow(job, ({ tiles }) => tiles?.done > 0);
+  await server.fetch(`/jobs/${job}`, { method: 'DELETE' });
+  const page = await open(`/viewer/?job=${job}`);
+  await page.waitForSelector('#incomplete:not([hidden])');
+  assert.equal(await page.textContent('#job-status'), 'dismissed');
+  assert.ok(await page.isHidden('#progress'));
   await page.end();
 });
 
@@ -163,9 +212,59 @@ test('One can fly, and the address keeps the view', async () => {
   await other.end();
 });
 
+test('The camera is turned and moved by keys', async () => {
+  const page = await open(`/viewer/?job=${id}`);
+  await settle(page);
+  const view = async () => {
+    await settle(page);
+    return page.evaluate(() => {
+      const { stage: { camera }, navigation } = globalThis.hoodoo;
+      const { x, y, z } = navigation.fly.forward;
+      return { yaw: Math.atan2(y, x), pitch: Math.asin(z), distance: camera.position.distanceTo(navigation.orbit.target) };
+    });
+  };
+  const press = async (key) => {
+    await page.keyboard.press(key);
+    return view();
+  };
+  await page.locator('#view').focus();
+  const start = await view(), turned = await press('ArrowLeft'), tilted = await press('ArrowUp'), closer = await press('+');
+  assert.notEqual(await page.locator('#view').evaluate((view_) => getComputedStyle(view_).outlineStyle), 'none', 'the focus is seen');
+  assert.ok(turned.yaw > start.yaw + 0.01 && Math.abs(turned.pitch - start.pitch) < 0.001, 'to the left');
+  assert.ok(tilted.pitch > turned.pitch + 0.01, 'up');
+  assert.ok(Math.abs(tilted.distance - start.distance) < 0.01 * start.distance, 'about the same point');
+  assert.ok(closer.distance < 0.95 * start.distance, 'closer');
+  assert.ok((await press('-')).distance > closer.distance, 'and farther');
+  await page.keyboard.press('KeyF');
+  const flying = await view(), right = await press('ArrowRight');
+  assert.ok(right.yaw < flying.yaw - 0.01, 'flying, too');
+  assert.deepEqual(page.problems, []);
+  await page.end();
+});
+
+test('It lists bakes only, draws nothing meanwhile, and says where a job has no terrain', async () => {
+  const answer = await server.fetch('/processes/echo/execution', {
+    method: 'POST', headers: { 'content-type': 'application/json', prefer: 'respond-async' }, body: '{"inputs": {"echo": "hello"}}',
+  });
+  const { jobID } = await answer.json();
+  const page = await open('/viewer/');
+  await page.waitForSelector('#jobs a');
+  assert.equal(await page.locator(`#jobs a[href="?job=${jobID}"]`).count(), 0);
+  assert.ok(await page.locator(`#jobs a[href="?job=${id}"]`).count());
+  await page.waitForFunction(() => document.getElementById('statistics').textContent.endsWith('idle'));
+  await page.goto(`${server.url}/viewer/?job=${jobID}`);
+  await page.waitForFunction(() => /has no terrain/.test(document.getElementById('error-said').textContent));
+  assert.deepEqual(page.problems, []);
+  await page.route('**/jobs?*', (route) => route.abort());
+  await page.goto(`${server.url}/viewer/`);
+  await page.waitForFunction(() => /does not answer/.test(document.getElementById('error-said').textContent));
+  assert.deepEqual(page.problems.filter((problem) => problem.startsWith('page:')), []);
+  await page.end();
+});
+
 test('Without a job it lists the jobs, and says when there is none of that name', async () => {
   const page = await open('/viewer/');
-  await page.click('#jobs a');
+  await page.click(`#jobs a[href="?job=${id}"]`);
   await settle(page);
   assert.match(page.url(), new RegExp(`job=${id}`));
   assert.deepEqual(page.problems, []);
@@ -180,7 +279,16 @@ test('It helps with keys', async () => {
   await settle(page);
   await page.keyboard.press('?');
   assert.ok(await page.isVisible('#help'));
+  await page.keyboard.press('KeyX');
+  assert.ok(!await page.isChecked('#wireframe'), 'keys do nothing behind it');
   await page.keyboard.press('Escape');
+  await page.click('#tool-share');
+  await page.locator('#share-link').press('KeyX');
+  assert.ok(!await page.isChecked('#wireframe'), 'nor in a field');
+  await page.keyboard.press('Escape');
+  assert.ok(await page.isHidden('#share-card'));
+  await page.keyboard.press('KeyX');
+  assert.ok(await page.isChecked('#wireframe'));
   await page.keyboard.press('KeyU');
   assert.ok(!await page.isVisible('#panel'));
   await page.end();
