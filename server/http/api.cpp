@@ -192,8 +192,8 @@ Response Api::answer(Request request) {
     return response;
   }
   if (response.later) {
-    response.later = [end, later = std::move(response.later)] {
-      auto ready = later();
+    response.later = [end, later = std::move(response.later)](bool at_once) {
+      auto ready = later(at_once);
       if (ready) end(*ready);
       return ready;
     };

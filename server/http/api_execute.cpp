@@ -91,8 +91,8 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   auto ready = outputs("echo", std::move(wanted.inputs["echo"]), execution.raw);
   if (pause.count() <= 0) return ready;
   Response response;
-  response.later = [at, ready = std::move(ready)]() -> std::optional<Response> {
-    if (Clock::now() < at) return std::nullopt;
+  response.later = [at, ready = std::move(ready)](bool at_once) -> std::optional<Response> {
+    if (!at_once && Clock::now() < at) return std::nullopt;
     return ready;
   };
   return response;

@@ -61,10 +61,10 @@ bool send_piece(const FilePart& part, std::size_t offset, std::size_t length,
   return got > 0 && sink.write(piece.data(), static_cast<std::size_t>(got));
 }
 
-void write(Response&& from, httplib::Response& to) {
+void write(Response&& from, httplib::Response& to, const std::stop_token& stop = {}) {
   if (from.take) from = from.take([](const UsePiece&) { return Received::whole; });  // no body
   while (from.later) {
-    if (auto ready = from.later()) {
+    if (auto ready = from.later(stop.stop_requested())) {
       from = std::move(*ready);
     } else {
       std::this_thread::sleep_for(50ms);
@@ -189,8 +189,8 @@ struct Listener::Server : httplib::Server {
   void configure();
 
  private:
-  void refuse_or_route(const Service& service);
-  void expect(const Service& service);
+  void refuse_or_route(const Service& service, const std::stop_token& stop);
+  void expect(const Service& service, const std::stop_token& stop);
   bool process_and_close_socket(socket_t socket) override;
 
   std::atomic<std::size_t> held_ = 0;  // [bytes] of bodies and their answers
@@ -305,24 +305,24 @@ bool Listener::Server::process_and_close_socket(socket_t socket) {
   return well;
 }
 
-void Listener::Server::expect(const Service& service) {
-  set_expect_100_continue_handler([&service](const httplib::Request& from, httplib::Response& to) {
+void Listener::Server::expect(const Service& service, const std::stop_token& stop) {
+  set_expect_100_continue_handler([&service, stop](const httplib::Request& from, httplib::Response& to) {
     auto early = refusal(service, from);
     if (!early && takes_body(service, from)) {
       early = service.answer(read_head(from));
       if (early->take) early.reset();  // asked again when the body comes
     }
     if (!early) return 100;
-    write(std::move(*early), to);
+    write(std::move(*early), to, stop);
     // Of these answers the library leaves the length to the end of the connection.
     if (!to.body.empty()) to.set_header("Content-Length", std::to_string(to.body.size()));
     return to.status;
   });
 }
 
-void Listener::Server::refuse_or_route(const Service& service) {
+void Listener::Server::refuse_or_route(const Service& service, const std::stop_token& stop) {
   // Called first for every request. One that may have a body goes on to the routes below.
-  set_pre_routing_handler([&service](const httplib::Request& from, httplib::Response& to) {
+  set_pre_routing_handler([&service, stop](const httplib::Request& from, httplib::Response& to) {
     auto& request = const_cast<httplib::Request&>(from);
     // Ranges are answered by the service, not applied once more to what it gives.
     request.ranges.clear();
@@ -333,7 +333,7 @@ void Listener::Server::refuse_or_route(const Service& service) {
       return HandlerResponse::Unhandled;
     }
     auto early = refusal(service, from);
-    write(early ? std::move(*early) : service.answer(read_head(from)), to);
+    write(early ? std::move(*early) : service.answer(read_head(from)), to, stop);
     // A short one is read by the library, and forgotten.
     if (from.has_header("Transfer-Encoding") || is_too_long(from)) cut_off(request);
     return HandlerResponse::Handled;
@@ -341,8 +341,8 @@ void Listener::Server::refuse_or_route(const Service& service) {
 }
 
 void Listener::Server::answer(const Service& service, const std::stop_token& stop) {
-  expect(service);
-  refuse_or_route(service);
+  expect(service, stop);
+  refuse_or_route(service, stop);
   const auto with_body = [this, &service, stop](const httplib::Request& from, httplib::Response& to,
                                                 const httplib::ContentReader& read) {
     const Pieces pieces = [&read](const std::function<bool(std::string_view)>& use) {
@@ -352,7 +352,7 @@ void Listener::Server::answer(const Service& service, const std::stop_token& sto
     };
     auto& request = const_cast<httplib::Request&>(from);
     const auto body = [&](const UsePiece& use) { return receive(pieces, stop, use); };
-    write(respond(service, request, body, held_), to);
+    write(respond(service, request, body, held_), to, stop);
     if (!request.body_consumed_) cut_off(request);
   };
   Post(".*", with_body).Put(".*", with_body).Patch(".*", with_body).Delete(".*", with_body);

@@ -18,7 +18,8 @@ struct Service {
 
 /// Holds an address and answers requests there. Unread heads never reach the service, nor do bodies
 /// over `most_body`, unless it takes them piece by piece; any other comes whole. A body that comes
-/// slower than `least_rate` is cut off, and so is one that is under way when the server stops.
+/// slower than `least_rate` is cut off, and so is one that is under way when the server stops. What
+/// would be answered later is then answered at once.
 ///
 /// "Expect: 100-continue" is answered by 100 when the body is wanted, and else by what there is to
 /// say without it. Of a body that is not wanted and comes all the same `most_passed_over` is read.

@@ -58,8 +58,9 @@ struct Response {
   /// response. Called once, or never.
   std::function<Response(const ReadBody&)> take;
   /// Instead of all that: the response once there is one. Asked again and again, from any thread.
-  std::function<std::optional<Response>()> later;
-  /// Instead of a body: what follows, "" for nothing yet, nothing at the end. Asked as `later` is.
+  /// `at_once`: there is no time any more, and always a response.
+  std::function<std::optional<Response>(bool at_once)> later;
+  /// Instead of a body: what follows, "" for nothing yet, nothing at the end. Asked again and again, too.
   std::function<std::optional<std::string>()> more;
 
   /// Empty when absent.

@@ -131,6 +131,23 @@ test('Asked to stop, it says so for a while, takes no more jobs, and goes', asyn
   assert.ok(took >= 2900, `it waited ${took} ms`);
 });
 
+test('Asked to stop, it answers at once those who wait, and goes', async () => {
+  const server = await start('waiting');
+  const id = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.25 } });
+  const answer = (path, options) => fetch(server.url + path, options).then(async (response) => ({ status: response.status, body: await response.json() }));
+  const body = JSON.stringify({ inputs: { echo: 'late', pause: 10 } });
+  const waiting = [answer(`/jobs/${id}`, { headers: { prefer: 'wait=60' } }),
+                   answer('/processes/echo/execution', { method: 'POST', headers: { 'content-type': 'application/json' }, body })];
+  await sleep(1000);
+  const asked = Date.now();
+  server.child.kill('SIGTERM');
+  const [job, echo] = await Promise.all(waiting);
+  assert.deepEqual([job.status, job.body.jobID, job.body.status], [200, id, 'running']);
+  assert.deepEqual([echo.status, echo.body], [200, { echo: 'late' }]);
+  assert.deepEqual(await server.ended, { code: 0, signal: null });
+  assert.ok(Date.now() - asked < 8000, `it took ${Date.now() - asked} ms`);
+});
+
 test('Connections that say nothing or little keep nobody waiting', async () => {
   const server = await start('crowd');
   const { hostname, port } = new URL(server.url);
