@@ -160,7 +160,8 @@ const std::vector<Api::Route>& Api::routes() {
 
 Response Api::answer(Request request) {
   const auto from = std::chrono::steady_clock::now();
-  const auto id = request_id(request.header("x-request-id"));
+  request.id = request_id(request.header("x-request-id"));
+  const auto id = request.id;
   std::string_view pattern = "none";
   const auto guarded = [this, id](const std::function<Response()>& make) {
     try {
@@ -307,7 +308,8 @@ Response Api::metrics(const Request&, const Parameters&) {
   Response response;
   response.type = "text/plain; version=0.0.4; charset=utf-8";
   response.headers = {{"Cache-Control", "no-store"}};
-  response.body = metrics_.text(queue_);
+  response.body =
+      metrics_.text(queue_, settings_.connections ? settings_.connections() : ConnectionCounts());
   return response;
 }
 

@@ -12,6 +12,7 @@
 
 #include "server/asset/uploads.hpp"
 #include "server/http/callback_target.hpp"
+#include "server/http/entrance.hpp"
 #include "server/http/execution.hpp"
 #include "server/http/keys.hpp"
 #include "server/http/message.hpp"
@@ -40,10 +41,11 @@ struct ApiSettings {
   std::vector<std::filesystem::path> roots;  // where inputs by reference lie
   Tilesets tilesets;                         // finished ones
   std::function<nlohmann::json()> scene_schema;
-  Keys keys;                       // empty: everybody may do everything
-  AllowList callbacks;             // whom they may go to; empty: there are none
-  AllowList sources;               // whom elevations may be fetched from; empty: nobody
-  std::function<bool()> draining;  // true: takes no jobs any more; empty: never
+  Keys keys;            // empty: everybody may do everything
+  AllowList callbacks;  // whom they may go to; empty: there are none
+  AllowList sources;    // whom elevations may be fetched from; empty: nobody
+  std::function<ConnectionCounts()> connections;  // of the listener; empty: not told
+  std::function<bool()> draining;                 // true: takes no jobs any more; empty: never
 };
 
 /// Answers every request; never throws. May be called from many threads.

@@ -9,10 +9,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <optional>
+#include <system_error>
 #include <utility>
 
+#include "server/http/log.hpp"
 #include "server/http/problem.hpp"
 
 namespace hoodoo::http {
@@ -46,7 +49,7 @@ std::string_view last_segment(std::string_view name) {
   return {};
 }
 
-/// No symbolic link is followed anywhere below the folder, and nothing leaves it.
+/// No symbolic link is followed anywhere below the folder, and nothing leaves it. Errors: errno.
 Descriptor open_below(const std::filesystem::path& folder, std::string_view name) {
   const int at = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   if (at < 0) return nullptr;
@@ -55,8 +58,17 @@ Descriptor open_below(const std::filesystem::path& folder, std::string_view name
   how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
   const auto file =
       ::syscall(SYS_openat2, at, std::string(name).c_str(), &how, sizeof how);  // glibc has no name
+  const int error = errno;
   ::close(at);
+  errno = error;
   return file < 0 ? nullptr : owned(static_cast<int>(file));
+}
+
+/// There is no such file, or none that is anybody's to read; else something is wrong here.
+bool is_absence(int error) {
+  constexpr std::array absences{ENOENT, ENOTDIR, EISDIR,       ELOOP, EXDEV,
+                                EACCES, EPERM,   ENAMETOOLONG, ENXIO};
+  return std::ranges::find(absences, error) != absences.end();
 }
 
 /// True for a name that the SHA-256 of a tile or an asset makes.
@@ -109,6 +121,15 @@ Range range_of(std::string_view header, std::uint64_t size) {
 
 Response not_found() { return problem(404, "There is no such file."); }
 
+Response not_opened(int error, std::string_view name, const Request& request) {
+  if (is_absence(error)) return not_found();
+  log_fault(fmt::format("{}: cannot be read: {}", name, std::system_category().message(error)),
+            request.id);
+  auto refused = problem(503, "The file cannot be read now.");
+  refused.headers.emplace_back("Retry-After", "1");
+  return refused;
+}
+
 }  // namespace
 
 std::string type_of(std::string_view extension) {
@@ -156,7 +177,7 @@ bool may_be_served(std::string_view name, std::span<const std::string_view> exte
 
 Response serve_part(const FilePart& part, std::string_view name, const Request& request) {
   struct stat status {};
-  if (::fstat(*part.file, &status) != 0) return not_found();
+  if (::fstat(*part.file, &status) != 0) return not_opened(errno, name, request);
   const std::filesystem::path last(name);
   const auto extension = last.extension().string(), stem = last.stem().string();
   const auto etag = etag_of(stem, status, part.offset);
@@ -194,7 +215,8 @@ Response serve_file(const Folder& folder, std::string_view name, const Request& 
   if (!may_be_served(name, folder.extensions)) return not_found();
   const auto file = open_below(folder.path, name);
   struct stat status {};
-  if (!file || ::fstat(*file, &status) != 0 || !S_ISREG(status.st_mode)) return not_found();
+  if (!file || ::fstat(*file, &status) != 0) return not_opened(errno, name, request);
+  if (!S_ISREG(status.st_mode)) return not_found();
   return serve_part({file, 0, static_cast<std::uint64_t>(status.st_size)}, name, request);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/core.h>
 #include <httplib.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,11 +11,10 @@
 #include <atomic>
 #include <cctype>
 #include <chrono>
-#include <condition_variable>
 #include <ctime>
 #include <limits>
-#include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
@@ -22,7 +22,7 @@
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
 #include "server/http/body.hpp"
-#include "server/http/connections.hpp"
+#include "server/http/entrance.hpp"
 #include "server/http/problem.hpp"
 #include "server/http/request_stream.hpp"
 
@@ -32,7 +32,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto between_looks = 250ms;  // for more of a stream
-constexpr std::size_t most_connections = 4096;
 constexpr std::size_t most_unshared = 64u
                                       << 10;  // [bytes] of a body whose answer counts for nothing
 
@@ -143,16 +142,6 @@ httplib::Server::HandlerResponse explain(const httplib::Request&, httplib::Respo
   return Handled;
 }
 
-/// What the library hands connections to.
-class Connections : public httplib::TaskQueue {
- public:
-  bool enqueue(std::function<void()> serve) override { return threads_.run(std::move(serve)); }
-  void shutdown() override { threads_.finish(); }
-
- private:
-  ConnectionThreads threads_{most_connections};
-};
-
 /// Whether the last answer of this thread said that the connection closes. The library says so of
 /// every error, and then reads on.
 thread_local bool said_close = false;
@@ -169,15 +158,21 @@ void finish(const httplib::Request&, httplib::Response& response) {
   said_close = response.get_header_value("Connection") == "close";
 }
 
-/// Says why no request is read from a connection any more.
-void refuse(httplib::Stream& stream, const Refusal& refusal) {
-  const auto said = problem(refusal.status, refusal.detail);
-  const auto text = fmt::format(
-      "HTTP/1.1 {} {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nDate: {}\r\n"
+/// The last answer of a connection, without the library.
+std::string last_words(const Response& response) {
+  std::string more;
+  for (const auto& [name, value] : response.headers) more += fmt::format("{}: {}\r\n", name, value);
+  return fmt::format(
+      "HTTP/1.1 {} {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nDate: {}\r\n{}"
       "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n{}",
-      refusal.status, httplib::status_message(refusal.status), said.type, said.body.size(), date(),
-      said.body);
-  stream.write(text);
+      response.status, httplib::status_message(response.status), response.type,
+      response.body.size(), date(), more, response.body);
+}
+
+Response too_many() {
+  auto refused = problem(503, "There are too many connections.");
+  refused.headers.emplace_back("Retry-After", "1");
+  return refused;
 }
 
 }  // namespace
@@ -185,13 +180,21 @@ void refuse(httplib::Stream& stream, const Refusal& refusal) {
 struct Listener::Server : httplib::Server {
   using HandlerResponse = httplib::Server::HandlerResponse;
 
+  explicit Server(std::size_t most_connections) : entrance(most_connections) {}
+  ~Server() override {
+    if (svr_sock_ != INVALID_SOCKET) ::close(svr_sock_);
+  }
   void answer(const Service& service, const std::stop_token& stop);
   void configure();
+  /// Until `stop`.
+  void take_connections(const std::stop_token& stop);
+
+  Entrance entrance;
 
  private:
   void refuse_or_route(const Service& service, const std::stop_token& stop);
   void expect(const Service& service, const std::stop_token& stop);
-  bool process_and_close_socket(socket_t socket) override;
+  void converse(socket_t socket);
 
   std::atomic<std::size_t> held_ = 0;  // [bytes] of bodies and their answers
 };
@@ -275,7 +278,6 @@ void Listener::Server::configure() {
   // Lengths are limited below, route by route.
   set_payload_max_length(std::numeric_limits<std::size_t>::max());
   set_keep_alive_max_count(10'000);
-  new_task_queue = [] { return new Connections; };
   set_error_handler(explain);
   set_post_routing_handler(finish);
   set_exception_handler(
@@ -286,38 +288,57 @@ void Listener::Server::configure() {
 
 /// Serves one connection. The library's own way trusts heads more, and loses requests that come in
 /// one packet.
-bool Listener::Server::process_and_close_socket(socket_t socket) {
+void Listener::Server::converse(socket_t socket) {
   RequestStream stream(socket);
   const auto stopping = [this] { return svr_sock_ == INVALID_SOCKET; };
-  bool well = true;
+  const auto next_request = [&] {
+    const WaitingConnections::Turn turn(entrance.waiting(), socket);
+    return stream.next(stopping);
+  };
   for (std::size_t left = keep_alive_max_count_; left > 0; --left) {
-    const auto next = stream.next(stopping);
+    const auto next = next_request();
     if (std::holds_alternative<RequestStream::Over>(next)) break;
     if (const auto* refusal = std::get_if<Refusal>(&next)) {
-      refuse(stream, *refusal);
+      stream.write(last_words(problem(refusal->status, refusal->detail)));
       break;
     }
     bool closed = false;
-    well = process_request(stream, {}, 0, {}, 0, left == 1, closed, nullptr);
+    const bool well = process_request(stream, {}, 0, {}, 0, left == 1, closed, nullptr);
     if (!well || closed || said_close) break;
   }
+  if (stream.is_cut_off()) entrance.note_slow();
   stream.close(stopping());
-  return well;
+}
+
+void Listener::Server::take_connections(const std::stop_token& stop) {
+  const int listening = svr_sock_;
+  {
+    // The library looks at its socket to see whether it is to end.
+    const std::stop_callback end(stop, [this, listening] {
+      svr_sock_ = INVALID_SOCKET;
+      ::shutdown(listening, SHUT_RDWR);
+    });
+    entrance.run(
+        listening, [this](int socket) { converse(socket); }, last_words(too_many()), stop);
+  }
+  svr_sock_ = INVALID_SOCKET;
+  ::close(listening);
 }
 
 void Listener::Server::expect(const Service& service, const std::stop_token& stop) {
-  set_expect_100_continue_handler([&service, stop](const httplib::Request& from, httplib::Response& to) {
-    auto early = refusal(service, from);
-    if (!early && takes_body(service, from)) {
-      early = service.answer(read_head(from));
-      if (early->take) early.reset();  // asked again when the body comes
-    }
-    if (!early) return 100;
-    write(std::move(*early), to, stop);
-    // Of these answers the library leaves the length to the end of the connection.
-    if (!to.body.empty()) to.set_header("Content-Length", std::to_string(to.body.size()));
-    return to.status;
-  });
+  set_expect_100_continue_handler(
+      [&service, stop](const httplib::Request& from, httplib::Response& to) {
+        auto early = refusal(service, from);
+        if (!early && takes_body(service, from)) {
+          early = service.answer(read_head(from));
+          if (early->take) early.reset();  // asked again when the body comes
+        }
+        if (!early) return 100;
+        write(std::move(*early), to, stop);
+        // Of these answers the library leaves the length to the end of the connection.
+        if (!to.body.empty()) to.set_header("Content-Length", std::to_string(to.body.size()));
+        return to.status;
+      });
 }
 
 void Listener::Server::refuse_or_route(const Service& service, const std::stop_token& stop) {
@@ -358,7 +379,8 @@ void Listener::Server::answer(const Service& service, const std::stop_token& sto
   Post(".*", with_body).Put(".*", with_body).Patch(".*", with_body).Delete(".*", with_body);
 }
 
-Listener::Listener(const std::string& host, int port) : server_(std::make_unique<Server>()) {
+Listener::Listener(const std::string& host, int port, std::size_t most_connections)
+    : server_(std::make_unique<Server>(most_connections)) {
   server_->configure();
   port_ = port == 0 ? server_->bind_to_any_port(host) : port;
   if (port_ < 0 || (port != 0 && !server_->bind_to_port(host, port))) {
@@ -369,20 +391,11 @@ Listener::Listener(const std::string& host, int port) : server_(std::make_unique
 
 Listener::~Listener() = default;
 
+ConnectionCounts Listener::connections() const { return server_->entrance.counts(); }
+
 void Listener::run(const Service& service, const std::stop_token& stop) {
   server_->answer(service, stop);
-  std::atomic<bool> ended = false;
-  std::jthread stopper([&](const std::stop_token& asked) {
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
-    std::condition_variable_any().wait(lock, asked, [] { return false; });
-    while (!ended && !server_->is_running()) std::this_thread::sleep_for(1ms);
-    if (!ended) server_->stop();
-  });
-  const std::stop_callback forward(stop, [&stopper] { stopper.request_stop(); });
-  const bool well = server_->listen_after_bind();
-  ended = true;
-  if (!well) throw Error(Fault::io, "", "connections can no longer be accepted");
+  server_->take_connections(stop);
 }
 
 }  // namespace hoodoo::http

@@ -4,6 +4,7 @@
 #include <stop_token>
 #include <string>
 
+#include "server/http/entrance.hpp"
 #include "server/http/message.hpp"
 
 /// The socket side: the one place that knows the HTTP library.
@@ -27,12 +28,14 @@ class Listener {
  public:
   /// Binds; port 0 takes any that is free. The address is not shared with another process.
   /// Errors: io.
-  Listener(const std::string& host, int port);
+  Listener(const std::string& host, int port, std::size_t most_connections = 4096);
   ~Listener();
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
   int port() const { return port_; }
+  /// From any thread.
+  ConnectionCounts connections() const;
 
   /// Answers until `stop`, then ends what was begun and returns. Errors: io.
   void run(const Service& service, const std::stop_token& stop);

@@ -6,6 +6,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { exampleScene, hoodoo, makeFolder, makeKey, makeRoot, removeFolder } from './hoodoo.mjs';
+import { converse } from './raw.mjs';
 import { Server } from './server.mjs';
 
 let work, root, scene;
@@ -166,5 +167,65 @@ test('Connections that say nothing or little keep nobody waiting', async () => {
   } finally {
     for (const socket of sockets) socket.destroy();
     await server.stop('SIGKILL');
+  }
+});
+
+/** Connections to a server that say nothing, or begin a head and never end it: {socket, closed}. */
+async function crowd(server, count) {
+  const { hostname, port } = new URL(server.url), all = [];
+  for (let i = 0; i < count; ++i) {
+    const one = { socket: connect(Number(port), hostname), closed: false };
+    one.socket.on('error', () => {}).on('close', () => { one.closed = true; }).resume();
+    await new Promise((done) => one.socket.once('connect', done));
+    if (i % 2 === 0) one.socket.write('GET / HTTP/1.1\r\nHo');
+    all.push(one);
+  }
+  return all;
+}
+const leave = (all) => all.forEach(({ socket }) => socket.destroy());
+
+test('At the limit of connections those go that have waited longest for a request', async () => {
+  const server = await start('full', '--connections', '8');
+  const others = await crowd(server, 30);
+  try {
+    const { answers } = await converse(server.url, `GET /metrics HTTP/1.1\r\nHost: ${new URL(server.url).host}\r\n\r\n`, { enough: ([first]) => first?.whole });
+    assert.equal(answers[0]?.status, 200);
+    const metrics = readMetrics(answers[0].body);
+    const total = (result) => metrics.get(`hoodoo_http_connections_total{result="${result}"}`);
+    assert.ok(metrics.get('hoodoo_http_connections') <= 8, answers[0].body);
+    assert.ok(total('accepted') >= 31 && total('dropped') >= 23, answers[0].body);
+    assert.equal(total('refused'), 0);
+    while (others.filter(({ closed }) => closed).length < 23) await sleep(50);
+    assert.ok(others.slice(0, 15).every(({ closed }) => closed), 'the oldest');
+  } finally {
+    leave(others);
+    await server.stop('SIGKILL');
+  }
+  const wrong = await hoodoo(['serve', '--data', join(work, 'none'), '--connections', '0'], { limit: 10_000 });
+  assert.equal(wrong.code, 2);
+  assert.match(wrong.stderr, /--connections.*0/);
+});
+
+test('Where few files may be open it takes all it may have, and stays well with fewer connections', async () => {
+  const few = (name, limits) => Server.start({ data: join(work, name), under: ['prlimit', `--nofile=${limits}`] });
+  const head = (server, path) => `GET ${path} HTTP/1.1\r\nHost: ${new URL(server.url).host}\r\nConnection: close\r\n\r\n`;
+  // 85 connections are a third of 256; 64 alone would not do for any of these.
+  for (const [limits, most] of [['64:256', 85], ['64:2000', 200]]) {
+    const server = await few(`few-${most}`, limits);
+    const others = await crowd(server, 200);
+    try {
+      for (const path of ['/healthz', '/viewer/', '/viewer/index.html', '/readyz']) {
+        const { answers } = await converse(server.url, head(server, path), { patience: 10 });
+        assert.equal(answers[0]?.status, 200, `${path} with ${limits}`);
+      }
+      const { answers: [{ body }] } = await converse(server.url, head(server, '/metrics'));
+      const metrics = readMetrics(body);
+      assert.ok(metrics.get('hoodoo_http_connections') <= most + 1);
+      assert.equal(metrics.get('hoodoo_http_connections_total{result="dropped"}') > 0, most < 200);
+      assert.equal(server.stderr, '', 'nothing went wrong');
+    } finally {
+      leave(others);
+      await server.stop('SIGKILL');
+    }
   }
 });

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "tests/server/http/few_descriptors.hpp"
 #include "tests/server/temporary_folder.hpp"
 
 using namespace hoodoo;
@@ -108,6 +109,15 @@ TEST_F(Files, ThatAreHiddenForeignOrFoldersAreNotThere) {
   }
   EXPECT_EQ(get(std::string("tileset.json\0.glb", 17)).status, 404);
   EXPECT_EQ(get(std::string(5000, 'a') + ".json").status, 404);
+}
+TEST_F(Files, ThatCannotBeOpenedNowAreNotSaidToBeAbsent) {
+  {
+    const NoMoreDescriptors none;
+    const auto refused = get(tile);
+    EXPECT_EQ(refused.status, 503);
+    EXPECT_EQ(refused.header("Retry-After"), "1");
+  }
+  EXPECT_EQ(get(tile).status, 200);
 }
 TEST_F(Files, MayBeEmpty) {
   temporary.write("out/empty.json", "");

@@ -6,12 +6,16 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <deque>
 #include <thread>
 
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
 
 using namespace hoodoo;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
 using http::Listener;
 using http::Request;
 using http::Response;
@@ -25,7 +29,9 @@ namespace {
 /// A connection to the server under test.
 class Connection {
  public:
-  explicit Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  Connection() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {}
+  explicit Connection(int port) : Connection() { open(port); }
+  void open(int port) const {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -38,13 +44,15 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
+  /// Before it opens: bytes that the system holds for it.
+  void hold(int bytes) const { ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes); }
   void send(const std::string& text) const {
     ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
   }
   void send_no_more() const { ::shutdown(socket_, SHUT_WR); }
   /// What arrives next; empty when the server has closed.
-  std::string next() const {
-    std::string piece(4096, ' ');
+  std::string next(std::size_t most = 4096) const {
+    std::string piece(most, ' ');
     const auto got = ::recv(socket_, piece.data(), piece.size(), 0);
     piece.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
     return piece;
@@ -88,6 +96,24 @@ Response echo(const Request& request) {
       taken.type = "text/plain";
       taken.body = how == http::Received::whole ? std::to_string(came) + " came" : "broken";
       return taken;
+    };
+    return response;
+  }
+  if (request.path == "/large") {
+    response.type = "text/plain";
+    response.body.assign(32u << 20, 'x');
+    return response;
+  }
+  if (request.path == "/quiet") {
+    response.type = "text/event-stream";
+    response.more = [until = Clock::now() + 13s,
+                     rest = std::deque<std::string>{"first", "last"}]() mutable {
+      std::optional<std::string> piece = "";
+      if (rest.empty()) return std::optional<std::string>();
+      if (rest.size() == 1 && Clock::now() < until) return piece;
+      piece = rest.front();
+      rest.pop_front();
+      return piece;
     };
     return response;
   }
@@ -183,6 +209,35 @@ TEST_F(Listening, RefusesWhatIsNoRequest) {
       send(request("POST /", "Content-Length: 1\r\nTransfer-Encoding: chunked\r\n", "0\r\n\r\n"));
   EXPECT_THAT(smuggled, StartsWith("HTTP/1.1 400"));
   EXPECT_THAT(smuggled, HasSubstr("application/problem+json"));
+}
+TEST_F(Listening, CutsOffWhoReadsTooSlowlyAndNobodyElse) {
+  const auto begun = Clock::now();
+  const auto reads = [&](int held, std::size_t most, Clock::duration pause, Clock::duration end) {
+    const Connection connection;
+    connection.hold(held);
+    connection.open(listener.port());
+    connection.send(request("GET /large"));
+    bool open = true;
+    while (open && Clock::now() < begun + end) {
+      std::this_thread::sleep_for(pause);
+      open = !connection.next(most).empty();
+    }
+    return open;
+  };
+  std::string quiet;
+  bool steady = false;
+  {
+    const std::jthread says_little([&] {
+      const Connection connection(listener.port());
+      connection.send(request("GET /quiet"));
+      for (std::string piece; !(piece = connection.next()).empty();) quiet += piece;
+    });
+    const std::jthread reads_on([&] { steady = reads(65536, 32768, 250ms, 16s); });
+    EXPECT_FALSE(reads(4096, 4096, 2s, 40s)) << "2 KiB/s for 40 s";
+  }
+  EXPECT_TRUE(steady) << "at most 128 KiB/s";
+  EXPECT_THAT(quiet, AllOf(HasSubstr("first"), HasSubstr("last")));
+  EXPECT_EQ(listener.connections().slow, 1U);
 }
 TEST_F(Listening, SaysNothingOfWhatWentWrongInside) {
   const auto answer = send(request("GET /throw"));
