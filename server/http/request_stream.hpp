@@ -14,6 +14,7 @@ namespace hoodoo::http {
 
 /// One connection as the HTTP library reads it: head after head, each whole and checked, and the
 /// bodies between, whose framing is. What comes in one packet with a request stays for the next.
+/// A client who takes answers at less than `least_rate` is cut off.
 class RequestStream final : public httplib::Stream {
  public:
   explicit RequestStream(socket_t socket) : socket_(socket) {}
@@ -27,9 +28,12 @@ class RequestStream final : public httplib::Stream {
   /// Ends the connection so that whoever is still sending can read the last answer.
   void close(bool at_once);
 
+  /// The client read too slowly: nothing more is written.
+  bool is_cut_off() const { return cut_off_; }
+
   bool is_readable() const override;
   bool wait_readable() const override;
-  bool wait_writable() const override;
+  bool wait_writable() const override { return !cut_off_; }  // `write` waits itself
   bool is_peer_alive() const override;
   ssize_t read(char* to, std::size_t size) override;
   ssize_t write(const char* from, std::size_t size) override;
@@ -43,6 +47,7 @@ class RequestStream final : public httplib::Stream {
  private:
   bool has_bytes() const { return head_at_ < head_.size() || at_ < buffer_.size(); }
   bool wait(short what, std::chrono::milliseconds patience) const;
+  bool wait_for_reader();
   ssize_t receive();
   std::optional<Refusal> gather();
   ssize_t read_unwatched(char* to, std::size_t size);
@@ -54,6 +59,10 @@ class RequestStream final : public httplib::Stream {
   std::size_t head_at_ = 0, at_ = 0;
   std::optional<ChunkWatch> chunks_;
   std::chrono::steady_clock::duration framing_{0};  // waited for since content came last
+  std::size_t written_ = 0;                         // [bytes] in all
+  std::size_t taken_ = 0;  // [bytes] of them that the client had when it was looked at last
+  std::chrono::steady_clock::duration waited_{0};  // for the client since then
+  bool cut_off_ = false;
 };
 
 }  // namespace hoodoo::http
