@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -68,8 +69,13 @@ struct ApiSettings {
 /// which cannot be guessed.
 class Api {
  public:
+  using Clock = std::chrono::steady_clock;
+
   Api(job::Queue& queue, asset::Assets& assets, asset::Uploads& uploads, ApiSettings settings);
   Response answer(Request request);
+  /// Of an answer to a request that was refused before it came here: gives it what every answer
+  /// has, counts it and logs it.
+  void note(Request request, Response& response, Clock::time_point since);
   /// The body of such a request is taken piece by piece, by its response.
   static bool takes_body(const Request& head);
 
@@ -87,6 +93,8 @@ class Api {
   std::optional<Response> refusal(const Route& route, Request& request) const;
   Response of_error(const Error& error, const std::string& request_id) const;
   void finish(const Request& request, Response& response) const;
+  void conclude(const Request& request, std::string_view pattern, Clock::time_point since,
+                Response& response);
 
   Response landing(const Request&, const Parameters&);
   Response api_document(const Request&, const Parameters&);

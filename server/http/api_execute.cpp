@@ -7,6 +7,7 @@
 #include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
 #include "server/http/query.hpp"
+#include "server/http/tokens.hpp"
 
 /// POST /processes/ID/execution.
 namespace hoodoo::http {
@@ -62,7 +63,7 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
     return refusal;
   }
   // A page of another origin can send this type only after a preflight, which is refused.
-  if (!request.header("content-type").starts_with("application/json")) {
+  if (!is_media_type(request.header("content-type"), "application/json")) {
     return problem(415, "Send the execution as application/json.");
   }
   // Parsed it takes many times its size.

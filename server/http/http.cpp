@@ -226,7 +226,10 @@ void serve(const Settings& given) {
   std::stop_source drained;
   std::jthread drain([&](const std::stop_token& over) { wait_to_drain(settings, over, drained); });
   listener.run(
-      {[&api](Request request) { return api.answer(std::move(request)); }, &Api::takes_body},
+      {[&api](Request request) { return api.answer(std::move(request)); }, &Api::takes_body,
+       [&api](Request request, Response& response, Api::Clock::time_point since) {
+         api.note(std::move(request), response, since);
+       }},
       drained.get_token());
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <stop_token>
@@ -15,6 +16,9 @@ struct Service {
   std::function<Response(Request)> answer;
   /// Of a head: its body is not read before `answer`, but by the response's `take`; empty: none is.
   std::function<bool(const Request&)> takes_bodies;
+  /// Told of each answer that the listener gives by itself, before it is sent, with what is known
+  /// of the request and when that came; empty: nobody is.
+  std::function<void(Request, Response&, std::chrono::steady_clock::time_point since)> note;
 };
 
 /// Holds an address and answers requests there. Unread heads never reach the service, nor do bodies

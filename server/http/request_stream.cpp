@@ -1,6 +1,7 @@
 #include "server/http/request_stream.hpp"
 
 #include <linux/sockios.h>
+#include <netdb.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -32,7 +33,27 @@ std::chrono::milliseconds until(Clock::time_point end) {
   return std::max(left, 0ms);
 }
 
+std::string peer_of(int socket) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  auto* any = reinterpret_cast<sockaddr*>(&address);
+  std::array<char, NI_MAXHOST> text{};
+  if (::getpeername(socket, any, &size) != 0) return {};
+  if (::getnameinfo(any, size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) != 0)
+    return {};
+  const std::string_view name(text.data());
+  constexpr std::string_view version_4 = "::ffff:";  // on a socket of both versions
+  return std::string(name.substr(name.starts_with(version_4) ? version_4.size() : 0));
+}
+
 }  // namespace
+
+RequestStream::RequestStream(socket_t socket) : socket_(socket), peer_(peer_of(socket)) {}
+
+std::string_view RequestStream::first_line() const {
+  const std::string_view all(buffer_);
+  return all.substr(0, all.find(line_end));
+}
 
 bool RequestStream::wait(short what, std::chrono::milliseconds patience) const {
   const auto end = Clock::now() + patience;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "server/http/head.hpp"
@@ -17,7 +18,7 @@ namespace hoodoo::http {
 /// A client who takes answers at less than `least_rate` is cut off.
 class RequestStream final : public httplib::Stream {
  public:
-  explicit RequestStream(socket_t socket) : socket_(socket) {}
+  explicit RequestStream(socket_t socket);
 
   /// The connection has ended, or has said nothing for a while.
   struct Over {};
@@ -28,6 +29,10 @@ class RequestStream final : public httplib::Stream {
   /// Ends the connection so that whoever is still sending can read the last answer.
   void close(bool at_once);
 
+  /// The address at the other end, as a number.
+  const std::string& peer() const { return peer_; }
+  /// The beginning of a request that was refused.
+  std::string_view first_line() const;
   /// The client read too slowly: nothing more is written.
   bool is_cut_off() const { return cut_off_; }
 
@@ -40,7 +45,7 @@ class RequestStream final : public httplib::Stream {
   using Stream::write;
   socket_t socket() const override { return socket_; }
   time_t duration() const override { return 0; }
-  // Nobody asks; the logs name requests, not addresses.
+  // Nobody asks: see `peer`.
   void get_remote_ip_and_port(std::string&, int&) const override {}
   void get_local_ip_and_port(std::string&, int&) const override {}
 
@@ -54,6 +59,7 @@ class RequestStream final : public httplib::Stream {
   bool watch(std::string_view bytes, std::chrono::steady_clock::duration waited);
 
   const socket_t socket_;
+  std::string peer_;
   std::string head_;    // as the library is to read it
   std::string buffer_;  // what has come after
   std::size_t head_at_ = 0, at_ = 0;

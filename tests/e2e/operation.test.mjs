@@ -115,6 +115,48 @@ test('Figures count what was asked, and lines of JSON tell it', async () => {
   }
 });
 
+test('What is refused before it is read has a name, is counted, and is in the log, too', async () => {
+  const server = await start('refusals', '--log', 'json');
+  try {
+    const host = `Host: ${new URL(server.url).host}\r\n`, post = 'POST /processes/echo/execution HTTP/1.1\r\n';
+    const close = 'Connection: close\r\n\r\n', json = 'Content-Type: application/json\r\n';
+    // [status, method, path, route, request]
+    const refusals = [
+      [501, 'TRACE', '/jobs', 'jobs', `TRACE /jobs?a HTTP/1.1\r\n${host}\r\n`],
+      [400, 'GET', '/healthz', 'healthz', `GET /healthz HTTP/1.1\r\n${host}Host: two\r\n\r\n`],
+      [400, 'nonsense', '', 'none', 'nonsense\r\n\r\n'],
+      [411, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}${close}`],
+      [415, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}Content-Encoding: gzip\r\nContent-Length: 2\r\n${close}{}`],
+      [413, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}Content-Length: 99999999\r\n${close}`],
+      [413, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}Expect: 100-Continue\r\nContent-Length: 99999999\r\n${close}`],
+      [400, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}Content-Length: 9\r\n${close}{`],
+      [400, 'GET', '/healthz', 'healthz', `GET /healthz HTTP/1.1\r\n${host}Accept: a/b;q=high\r\n\r\n`],
+    ];
+    for (const [status, method, path, , request] of refusals) {
+      const { answers } = await converse(server.url, request, { end: true });
+      assert.deepEqual(answers.map((one) => one.status), [status], request);
+      const id = answers[0].headers['x-request-id'];
+      assert.ok(id, `${request} has no X-Request-Id`);
+      const lines = () => server.stderr.trim().split('\n').filter(Boolean).map((line) => JSON.parse(line)).filter((line) => line.request === id);
+      while (lines().length === 0) await sleep(10);
+      const [line, ...more] = lines();
+      assert.deepEqual([line.event, line.method, line.path, line.status, line.client, more.length], ['request', method, path, status, '127.0.0.1', 0]);
+    }
+    const named = await converse(server.url, `${post}${host}X-Request-Id: mine\r\nX-Forwarded-For: 192.0.2.1, 198.51.100.7\r\n${json}${close}`);
+    assert.equal(named.answers[0].headers['x-request-id'], 'mine');
+    while (!server.stderr.includes('"mine"')) await sleep(10);
+    assert.match(server.stderr, /"request":"mine".*"client":"127\.0\.0\.1","forwarded":"198\.51\.100\.7"/);
+    const { answers: [{ body }] } = await converse(server.url, `GET /metrics HTTP/1.1\r\n${host}${close}`);
+    const metrics = readMetrics(body);
+    for (const [status, method, , route] of refusals) {
+      const verb = ['GET', 'POST'].includes(method) ? method : 'other';
+      assert.ok(metrics.get(`hoodoo_http_requests_total{code="${status}",method="${verb}",route="${route}"}`) > 0, `${status} ${route}`);
+    }
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
 test('Asked to stop, it says so for a while, takes no more jobs, and goes', async () => {
   const server = await start('drain', '--drain', '3');
   const ready = async () => (await server.fetch('/readyz')).status;

@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <deque>
+#include <map>
 #include <thread>
 
 #include "engine/base/error.hpp"
@@ -117,6 +118,7 @@ Response echo(const Request& request) {
     };
     return response;
   }
+  if (request.path == "/file") response.headers = {{"Accept-Ranges", "bytes"}};
   if (request.path == "/none") {
     response.status = 304;
     return response;
@@ -133,7 +135,11 @@ class Listening : public testing::Test {
 
   std::string send(const std::string& text) const { return converse(listener.port(), text); }
 
-  const http::Service service{echo, [](const Request& head) { return head.path == "/taken"; }};
+  const http::Service service{echo, [](const Request& head) { return head.path == "/taken"; },
+                              [](const Request& refused, Response& answer, Clock::time_point) {
+                                answer.headers.emplace_back(
+                                    "X-Noted", refused.method + refused.path + refused.peer);
+                              }};
   Listener listener{"127.0.0.1", 0};
   std::jthread thread;
 };
@@ -148,6 +154,9 @@ TEST_F(Listening, LeavesRangesToTheHandler) {
   const auto answer = send(request("GET /", "Range: bytes=0-0\r\n"));
   EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(answer, HasSubstr("GET / bytes=0-0 0"));
+  EXPECT_THAT(send(request("GET /", "Range: bytes=abc\r\n")), HasSubstr("GET / bytes=abc 0"));
+  const auto posted = send(request("POST /", "Range: bytes=9-1\r\nContent-Length: 1\r\n", "x"));
+  EXPECT_THAT(posted, AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("POST /  1")));
 }
 TEST_F(Listening, GivesBodiesWhole) {
   EXPECT_THAT(send(request("POST /", "Content-Length: 3\r\n", "abc")), HasSubstr("POST /  3"));
@@ -202,6 +211,8 @@ TEST_F(Listening, RefusesForms) {
   const auto form = "Content-Type: multipart/form-data; boundary=x\r\nContent-Length: 3\r\n";
   EXPECT_THAT(send(request("POST /", form, "abc")), StartsWith("HTTP/1.1 415"));
   EXPECT_THAT(send(request("PUT /taken", form, "abc")), StartsWith("HTTP/1.1 415"));
+  const auto shouted = "Content-Type: Multipart/Form-Data; boundary=x\r\nContent-Length: 3\r\n";
+  EXPECT_THAT(send(request("POST /", shouted, "abc")), StartsWith("HTTP/1.1 415"));
 }
 TEST_F(Listening, RefusesWhatIsNoRequest) {
   EXPECT_THAT(send("nonsense\r\n\r\n"), StartsWith("HTTP/1.1 400"));
@@ -239,10 +250,29 @@ TEST_F(Listening, CutsOffWhoReadsTooSlowlyAndNobodyElse) {
   EXPECT_THAT(quiet, AllOf(HasSubstr("first"), HasSubstr("last")));
   EXPECT_EQ(listener.connections().slow, 1U);
 }
+TEST_F(Listening, TellsOfWhatItRefusesByItself) {
+  EXPECT_THAT(send(request("GET /a")), Not(HasSubstr("X-Noted")));
+  for (const auto& [head, noted] : std::map<std::string, std::string>{
+           {request("TRACE /a?b"), "TRACE/a127.0.0.1"},
+           {"nonsense\r\n\r\n", "nonsense127.0.0.1"},
+           {request("POST /a"), "POST/a127.0.0.1"},
+           {request("POST /a", "Content-Length: 3\r\n", "x"), "POST/a127.0.0.1"},
+           {request("PUT /taken", "Expect: 100-continue\r\nContent-Encoding: gzip\r\n"),
+            "PUT/taken127.0.0.1"},
+           {request("GET /a", "Accept: a/b;q=high\r\n"), "GET/a127.0.0.1"},
+           {request("GET /throw"), "GET/throw127.0.0.1"}}) {
+    EXPECT_THAT(send(head), HasSubstr("X-Noted: " + noted + "\r\n")) << head;
+  }
+}
 TEST_F(Listening, SaysNothingOfWhatWentWrongInside) {
   const auto answer = send(request("GET /throw"));
   EXPECT_THAT(answer, StartsWith("HTTP/1.1 500"));
   EXPECT_THAT(answer, Not(HasSubstr("secret")));
+}
+TEST_F(Listening, SaysThatRangesAreServedOnlyWhereTheyAre) {
+  EXPECT_THAT(send(request("HEAD /")), Not(HasSubstr("Accept-Ranges")));
+  EXPECT_THAT(send(request("GET /")), Not(HasSubstr("Accept-Ranges")));
+  EXPECT_THAT(send(request("HEAD /file")), HasSubstr("Accept-Ranges: bytes"));
 }
 TEST_F(Listening, MeasuresNoContentWhereThereIsNone) {
   EXPECT_THAT(send(request("GET /none")), Not(HasSubstr("Content-Length")));
@@ -261,7 +291,7 @@ TEST(Listener, MayBeStoppedBeforeItRuns) {
   Listener listener("127.0.0.1", 0);
   std::stop_source stop;
   stop.request_stop();
-  listener.run({echo, {}}, stop.get_token());
+  listener.run({echo, {}, {}}, stop.get_token());
 }
 TEST(Listener, RefusesAnAddressThatIsNotItsOwn) { EXPECT_THROW(Listener("192.0.2.1", 0), Error); }
 
