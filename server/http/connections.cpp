@@ -11,7 +11,7 @@
 namespace hoodoo::http {
 namespace {
 
-constexpr auto patience = std::chrono::seconds(10);  // of a thread that is free
+constexpr auto idle_patience = std::chrono::seconds(10);  // of a thread that is free
 
 }  // namespace
 
@@ -36,7 +36,7 @@ void ConnectionThreads::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
     const auto called = [this] { return !waiting_.empty() || finishing_; };
-    if (!wanted_.wait_for(lock, patience, called) || waiting_.empty()) break;
+    if (!wanted_.wait_for(lock, idle_patience, called) || waiting_.empty()) break;
     auto serve = std::move(waiting_.front());
     waiting_.pop_front();
     --free_;
