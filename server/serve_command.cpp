@@ -26,6 +26,7 @@ struct ServeOptions {
   std::vector<std::string> roots, tilesets;
   Resources resources;
   int jobs = 1;
+  std::size_t connections = 4096;
   std::size_t most_waiting = 100;
   std::optional<std::size_t> job_memory_mib;
   std::int64_t job_seconds = 0, keep_seconds = 0, upload_seconds = 86400;
@@ -83,6 +84,12 @@ void add_serve(CLI::App& app, int* exit) {
       ->check(CLI::Range(0, 3600))
       ->capture_default_str();
   options->resources.add_to(*command);
+  command
+      ->add_option("--connections", options->connections,
+                   "Connections at once, at most a third of the files that the process may open; "
+                   "beyond, the one goes that has waited longest for a request")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 16))
+      ->capture_default_str();
   command->add_option("--jobs", options->jobs, "Jobs that run at once")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
@@ -146,6 +153,7 @@ void add_serve(CLI::App& app, int* exit) {
     settings.threads = options->resources.threads;
     settings.memory = options->resources.memory_mib << 20;
     settings.cache = options->cache;
+    settings.connections = options->connections;
     settings.at_once = options->jobs;
     settings.most_waiting = options->most_waiting;
     const auto& memory_mib = options->resources.memory_mib;

@@ -15,6 +15,7 @@
 #include "server/http/openapi.hpp"
 #include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
+#include "server/http/tokens.hpp"
 #include "server/http/tus.hpp"
 
 namespace hoodoo::http {
@@ -73,6 +74,14 @@ std::string request_id(std::string_view given) {
 bool is_usual(std::string_view method) {
   return method == "GET" || method == "HEAD" || method == "POST" || method == "PUT" ||
          method == "PATCH" || method == "DELETE" || method == "OPTIONS";
+}
+
+/// Whom a gateway asks for. Only one on this machine is believed.
+std::string forwarded_for(const Request& request) {
+  constexpr std::size_t most = 64;
+  if (!request.peer.starts_with("127.") && request.peer != "::1") return {};
+  const auto hops = request.header("x-forwarded-for");
+  return std::string(trimmed(hops.substr(hops.rfind(',') + 1)).substr(0, most));
 }
 
 /// The id of the job that a request is about, or that it made.
@@ -158,8 +167,9 @@ const std::vector<Api::Route>& Api::routes() {
 }
 
 Response Api::answer(Request request) {
-  const auto from = std::chrono::steady_clock::now();
-  const auto id = request_id(request.header("x-request-id"));
+  const auto from = Clock::now();
+  request.id = request_id(request.header("x-request-id"));
+  const auto id = request.id;
   std::string_view pattern = "none";
   const auto guarded = [this, id](const std::function<Response()>& make) {
     try {
@@ -176,14 +186,8 @@ Response Api::answer(Request request) {
     return refused ? std::move(*refused) : route(request, pattern);
   });
   request.body.clear();
-  const auto end = [this, request = std::move(request), id, pattern, from](Response& ready) {
-    finish(request, ready);
-    ready.headers.emplace_back("X-Request-Id", id);
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - from;
-    metrics_.count(pattern, is_usual(request.method) ? request.method : "other", ready.status,
-                   took.count());
-    log_request({id, request.method, request.path, job_of(request, ready), request.owner,
-                 ready.status, 1e3 * took.count()});
+  const auto end = [this, request = std::move(request), pattern, from](Response& ready) {
+    conclude(request, pattern, from, ready);
   };
   if (response.take) {
     response.take = [end, guarded, take = std::move(response.take)](const ReadBody& read) {
@@ -194,8 +198,8 @@ Response Api::answer(Request request) {
     return response;
   }
   if (response.later) {
-    response.later = [end, later = std::move(response.later)] {
-      auto ready = later();
+    response.later = [end, later = std::move(response.later)](bool at_once) {
+      auto ready = later(at_once);
       if (ready) end(*ready);
       return ready;
     };
@@ -221,6 +225,29 @@ std::optional<Response> Api::refusal_of_condition(const Request& request) {
     return std::nullopt;
   }
   return problem(412, "What is there is not what If-Match says.");
+}
+
+void Api::conclude(const Request& request, std::string_view pattern, Clock::time_point since,
+                   Response& response) {
+  finish(request, response);
+  response.headers.emplace_back("X-Request-Id", request.id);
+  const std::chrono::duration<double> took = Clock::now() - since;
+  metrics_.count(pattern, is_usual(request.method) ? request.method : "other", response.status,
+                 took.count());
+  log_request({request.id, request.method, request.path, request.peer, forwarded_for(request),
+               job_of(request, response), request.owner, response.status, 1e3 * took.count()});
+}
+
+void Api::note(Request request, Response& response, Clock::time_point since) {
+  request.id = request_id(request.header("x-request-id"));
+  std::string_view pattern = "none";
+  for (const auto& route : routes()) {
+    if (request.path.starts_with('/') &&
+        match(route.pattern, std::string_view(request.path).substr(1))) {
+      pattern = route.pattern;
+    }
+  }
+  conclude(request, pattern, since, response);
 }
 
 Response Api::of_error(const Error& error, const std::string& request_id) const {
@@ -333,7 +360,8 @@ Response Api::metrics(const Request&, const Parameters&) {
   Response response;
   response.type = "text/plain; version=0.0.4; charset=utf-8";
   response.headers = {{"Cache-Control", "no-store"}};
-  response.body = metrics_.text(queue_);
+  response.body =
+      metrics_.text(queue_, settings_.connections ? settings_.connections() : ConnectionCounts());
   return response;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include "server/asset/uploads.hpp"
 #include "server/http/callback_target.hpp"
 #include "server/http/encoding.hpp"
+#include "server/http/entrance.hpp"
 #include "server/http/execution.hpp"
 #include "server/http/keys.hpp"
 #include "server/http/message.hpp"
@@ -41,10 +43,11 @@ struct ApiSettings {
   std::vector<std::filesystem::path> roots;  // where inputs by reference lie
   Tilesets tilesets;                         // finished ones
   std::function<nlohmann::json()> scene_schema;
-  Keys keys;                       // empty: everybody may do everything
-  AllowList callbacks;             // whom they may go to; empty: there are none
-  AllowList sources;               // whom elevations may be fetched from; empty: nobody
-  std::function<bool()> draining;  // true: takes no jobs any more; empty: never
+  Keys keys;            // empty: everybody may do everything
+  AllowList callbacks;  // whom they may go to; empty: there are none
+  AllowList sources;    // whom elevations may be fetched from; empty: nobody
+  std::function<ConnectionCounts()> connections;  // of the listener; empty: not told
+  std::function<bool()> draining;                 // true: takes no jobs any more; empty: never
 };
 
 /// Answers every request; never throws. May be called from many threads.
@@ -67,8 +70,13 @@ struct ApiSettings {
 /// which cannot be guessed.
 class Api {
  public:
+  using Clock = std::chrono::steady_clock;
+
   Api(job::Queue& queue, asset::Assets& assets, asset::Uploads& uploads, ApiSettings settings);
   Response answer(Request request);
+  /// Of an answer to a request that was refused before it came here: gives it what every answer
+  /// has, counts it and logs it.
+  void note(Request request, Response& response, Clock::time_point since);
   /// The body of such a request is taken piece by piece, by its response.
   static bool takes_body(const Request& head);
 
@@ -87,6 +95,8 @@ class Api {
   Response of_error(const Error& error, const std::string& request_id) const;
   void finish(const Request& request, Response& response);
   std::optional<Response> refusal_of_condition(const Request& request);
+  void conclude(const Request& request, std::string_view pattern, Clock::time_point since,
+                Response& response);
 
   Response landing(const Request&, const Parameters&);
   Response api_document(const Request&, const Parameters&);

@@ -7,6 +7,7 @@
 #include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
 #include "server/http/query.hpp"
+#include "server/http/tokens.hpp"
 #include "server/http/turn.hpp"
 
 /// POST /processes/ID/execution.
@@ -52,7 +53,7 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
     return refusal;
   }
   // A page of another origin can send this type only after a preflight, which is refused.
-  if (!request.header("content-type").starts_with("application/json")) {
+  if (!is_media_type(request.header("content-type"), "application/json")) {
     return problem(415, "Send the execution as application/json.");
   }
   // Parsed it takes many times its size.
@@ -81,8 +82,8 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   auto ready = outputs("echo", std::move(wanted.inputs["echo"]), execution.raw);
   if (pause.count() <= 0) return ready;
   Response response;
-  response.later = [at, ready = std::move(ready)]() -> std::optional<Response> {
-    if (Clock::now() < at) return std::nullopt;
+  response.later = [at, ready = std::move(ready)](bool at_once) -> std::optional<Response> {
+    if (!at_once && Clock::now() < at) return std::nullopt;
     return ready;
   };
   return response;

@@ -7,6 +7,7 @@
 #include "server/http/api.hpp"
 #include "server/http/fetch.hpp"
 #include "server/http/problem.hpp"
+#include "server/http/tokens.hpp"
 
 /// POST /assets: what others have at an address.
 namespace hoodoo::http {
@@ -69,7 +70,7 @@ class Turn {
 
 /// Answers when all of it is here, so that nobody has to ask again.
 Response Api::fetch_asset(const Request& request, const Parameters&) {
-  if (!request.header("content-type").starts_with("application/json")) {
+  if (!is_media_type(request.header("content-type"), "application/json")) {
     return problem(415, "Send where the content is as application/json.");
   }
   Wanted wanted;

@@ -64,12 +64,12 @@ Response Api::status(const Request& request, const Parameters& parameters) {
   const std::string known(request.header("if-none-match"));
   const int wait = preferences_of(request).wait;
   const auto until = Clock::now() + std::chrono::seconds(wait);
-  const auto look = [this, id, known, until]() -> std::optional<Response> {
+  const auto look = [this, id, known, until](bool at_once) -> std::optional<Response> {
     const auto job = queue_.find(id);
     if (!job) return no_job();
     const auto etag = etag_of(*job);
     const bool waits = job::has_ended(job->status) ? false : known.empty() || lists(known, etag);
-    if (waits && Clock::now() < until) return std::nullopt;
+    if (waits && !at_once && Clock::now() < until) return std::nullopt;
     auto response = document(info(*job));
     response.headers.emplace_back("ETag", etag);
     if (lists(known, etag)) {
@@ -78,10 +78,10 @@ Response Api::status(const Request& request, const Parameters& parameters) {
     }
     return response;
   };
-  if (auto now = look()) return std::move(*now);
+  if (auto now = look(false)) return std::move(*now);
   Response response;
-  response.later = [look, wait] {
-    auto ready = look();
+  response.later = [look, wait](bool at_once) {
+    auto ready = look(at_once);
     if (ready) ready->headers.emplace_back("Preference-Applied", fmt::format("wait={}", wait));
     return ready;
   };

@@ -3,6 +3,7 @@
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
 #include "server/http/problem.hpp"
+#include "server/http/tokens.hpp"
 #include "server/http/tus.hpp"
 
 /// The routes of resumable uploads: tus 1.0.0.
@@ -138,7 +139,7 @@ Response Api::add_to_upload(const Request& request, const Parameters& parameters
   auto found = upload_of(request, parameters[0]);
   if (auto* refused = std::get_if<Response>(&found)) return std::move(*refused);
   const auto& upload = std::get<asset::Upload>(found);
-  if (request.header("content-type") != tus::content_type) {
+  if (!is_media_type(request.header("content-type"), tus::content_type)) {
     return problem(415, std::string("Send the part as ") + tus::content_type + ".");
   }
   const auto offset = tus::number(request.header("upload-offset"));

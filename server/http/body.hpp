@@ -11,7 +11,7 @@
 namespace hoodoo::http {
 
 /// A sender who was waited for so long must have sent this much a second in that time, or is cut
-/// off.
+/// off; and so for one who reads an answer.
 inline constexpr std::chrono::seconds body_patience{10};
 inline constexpr std::size_t least_rate = 4096;  // [bytes / s]
 

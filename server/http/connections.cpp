@@ -1,5 +1,8 @@
 #include "server/http/connections.hpp"
 
+#include <sys/socket.h>
+
+#include <algorithm>
 #include <chrono>
 #include <system_error>
 #include <thread>
@@ -8,7 +11,7 @@
 namespace hoodoo::http {
 namespace {
 
-constexpr auto patience = std::chrono::seconds(10);  // of a thread that is free
+constexpr auto idle_patience = std::chrono::seconds(10);  // of a thread that is free
 
 }  // namespace
 
@@ -33,7 +36,7 @@ void ConnectionThreads::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
     const auto called = [this] { return !waiting_.empty() || finishing_; };
-    if (!wanted_.wait_for(lock, patience, called) || waiting_.empty()) break;
+    if (!wanted_.wait_for(lock, idle_patience, called) || waiting_.empty()) break;
     auto serve = std::move(waiting_.front());
     waiting_.pop_front();
     --free_;
@@ -42,16 +45,41 @@ void ConnectionThreads::work() {
     serve = nullptr;
     lock.lock();
     ++free_;
+    freed_.notify_all();
   }
   --threads_, --free_;
-  left_.notify_all();
+  freed_.notify_all();
+}
+
+bool ConnectionThreads::wait_for_free(std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  return freed_.wait_for(lock, patience, [this] { return waiting_.size() < free_; });
 }
 
 void ConnectionThreads::finish() {
   std::unique_lock lock(mutex_);
   finishing_ = true;
   wanted_.notify_all();
-  left_.wait(lock, [this] { return threads_ == 0; });
+  freed_.wait(lock, [this] { return threads_ == 0; });
+}
+
+WaitingConnections::Turn::Turn(WaitingConnections& all, int socket) : all_(all) {
+  const std::lock_guard lock(all_.mutex_);
+  at_ = all_.sockets_.insert(all_.sockets_.end(), socket);
+}
+
+WaitingConnections::Turn::~Turn() {
+  const std::lock_guard lock(all_.mutex_);
+  all_.sockets_.erase(at_);
+}
+
+bool WaitingConnections::end_oldest() {
+  const std::lock_guard lock(mutex_);
+  const auto oldest = std::ranges::find_if(sockets_, [](int socket) { return socket >= 0; });
+  if (oldest == sockets_.end()) return false;
+  ::shutdown(*oldest, SHUT_RDWR);  // still open: it is closed after its turn
+  *oldest = -1;
+  return true;
 }
 
 }  // namespace hoodoo::http

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "engine/base/error.hpp"
-#include "server/http/files.hpp"
+#include "server/http/tokens.hpp"
 #include "server/http/turn.hpp"
 
 namespace hoodoo::http {
@@ -30,23 +30,12 @@ std::string_view name_of(Coding coding) {
   return std::ranges::find(codings, coding, &decltype(codings)::value_type::second)->first;
 }
 
-std::string_view trim(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == text.npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 /// The part of `text` up to `mark`, which `text` then begins after.
 std::string_view cut(std::string_view& text, char mark) {
   const auto at = text.find(mark);
   const auto part = text.substr(0, at);
   text.remove_prefix(at == text.npos ? text.size() : at + 1);
-  return trim(part);
-}
-
-bool is_same_token(std::string_view a, std::string_view lower_case) {
-  return std::ranges::equal(
-      a, lower_case, [](char x, char y) { return (x >= 'A' && x <= 'Z' ? x + 32 : x) == y; });
+  return trimmed(part);
 }
 
 /// "q=0.5", in thousandths; nothing where it is no weight (RFC 9110, 12.4.2).
@@ -56,13 +45,13 @@ std::optional<int> weight_of(std::string_view parameter) {
   const auto* end = parameter.data() + parameter.size();
   const auto [at, error] = std::from_chars(parameter.data(), end, weight, std::chars_format::fixed);
   const bool good =
-      is_same_token(name, "q") && error == std::errc() && at == end && weight >= 0 && weight <= 1;
+      same_token(name, "q") && error == std::errc() && at == end && weight >= 0 && weight <= 1;
   return good ? std::optional(static_cast<int>(1000 * weight + 0.5)) : std::nullopt;
 }
 
 /// Whether an answer's content gets smaller.
 bool is_text(std::string_view type) {
-  type = trim(type.substr(0, type.find(';')));
+  type = trimmed(type.substr(0, type.find(';')));
   return type.starts_with("text/") || type.ends_with("json") || type == "image/svg+xml" ||
          type == "application/wasm";
 }
@@ -128,12 +117,9 @@ void set_header(Response& response, std::string_view name, std::string value) {
 }
 
 bool lists_exactly(std::string_view header, std::string_view etag) {
-  while (!header.empty()) {
-    auto one = cut(header, ',');
-    if (one.starts_with("W/")) one.remove_prefix(2);
-    if (one == etag) return true;
-  }
-  return false;
+  bool found = false;
+  split(header, ',', [&](std::string_view one) { found = found || trimmed(one) == etag; });
+  return found;
 }
 
 }  // namespace
@@ -144,13 +130,12 @@ Coding coding_of(std::string_view accept_encoding) {
   while (!accept_encoding.empty()) {
     auto parameters = cut(accept_encoding, ',');
     const auto coding = cut(parameters, ';');
-    const auto weight = parameters.empty() ? 1000 : weight_of(trim(parameters));
+    const auto weight = parameters.empty() ? 1000 : weight_of(trimmed(parameters));
     if (!weight) return Coding::identity;
     if (coding == "*") others = weight;
     for (std::size_t i = 0; i < codings.size(); ++i) {
-      const bool is_older_name =
-          codings[i].second == Coding::gzip && is_same_token(coding, "x-gzip");
-      if (is_same_token(coding, codings[i].first) || is_older_name) weights[i] = weight;
+      const bool is_older_name = codings[i].second == Coding::gzip && same_token(coding, "x-gzip");
+      if (same_token(coding, codings[i].first) || is_older_name) weights[i] = weight;
     }
   }
   Coding best = Coding::identity;

@@ -9,12 +9,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
+#include <limits>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include "server/http/encoding.hpp"
+#include "server/http/log.hpp"
 #include "server/http/problem.hpp"
+#include "server/http/tokens.hpp"
 
 namespace hoodoo::http {
 namespace {
@@ -47,7 +52,7 @@ std::string_view last_segment(std::string_view name) {
   return {};
 }
 
-/// No symbolic link is followed anywhere below the folder, and nothing leaves it.
+/// No symbolic link is followed anywhere below the folder, and nothing leaves it. Errors: errno.
 Descriptor open_below(const std::filesystem::path& folder, std::string_view name) {
   const int at = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   if (at < 0) return nullptr;
@@ -56,8 +61,17 @@ Descriptor open_below(const std::filesystem::path& folder, std::string_view name
   how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
   const auto file =
       ::syscall(SYS_openat2, at, std::string(name).c_str(), &how, sizeof how);  // glibc has no name
+  const int error = errno;
   ::close(at);
+  errno = error;
   return file < 0 ? nullptr : owned(static_cast<int>(file));
+}
+
+/// There is no such file, or none that is anybody's to read; else something is wrong here.
+bool is_absence(int error) {
+  constexpr std::array absences{ENOENT, ENOTDIR, EISDIR,       ELOOP, EXDEV,
+                                EACCES, EPERM,   ENAMETOOLONG, ENXIO};
+  return std::ranges::find(absences, error) != absences.end();
 }
 
 /// True for a name that the SHA-256 of a tile or an asset makes.
@@ -81,34 +95,58 @@ struct Range {
   std::uint64_t offset = 0, length = 0;
 };
 
-std::optional<std::uint64_t> number(std::string_view text) {
+/// The largest there is for what is larger.
+std::optional<std::uint64_t> number(std::string_view digits) {
+  if (digits.empty() || digits.find_first_not_of("0123456789") != digits.npos) return std::nullopt;
   std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  return read.ec == std::errc() ? value : std::numeric_limits<std::uint64_t>::max();
 }
 
-/// RFC 9110, 14.1.2. A unit other than bytes is ignored.
-Range range_of(std::string_view header, std::uint64_t size) {
-  constexpr std::string_view unit = "bytes=";
-  if (!header.starts_with(unit)) return {};
-  header.remove_prefix(unit.size());
-  const auto dash = header.find('-');
-  const Range refused{Range::Kind::refused, 0, 0};
-  if (dash == header.npos || size == 0) return refused;
-  const auto first = number(header.substr(0, dash)), last = number(header.substr(dash + 1));
-  if (dash == 0) {  // the last bytes
-    if (!last || *last == 0) return refused;
-    const auto length = std::min(*last, size);
-    return {Range::Kind::part, size - length, length};
+/// One of "0-4", "5-", "-6"; `none` when it is no such thing.
+Range one_range(std::string_view text, std::uint64_t size) {
+  const auto dash = text.find('-');
+  if (dash == text.npos) return {};
+  const auto before = text.substr(0, dash), after = text.substr(dash + 1);
+  const auto first = number(before), last = number(after);
+  const Range outside{Range::Kind::refused, 0, 0};
+  if (before.empty()) {
+    if (!last) return {};
+    const auto length = std::min(*last, size);  // the last bytes
+    return length == 0 ? outside : Range{Range::Kind::part, size - length, length};
   }
-  if (!first || *first >= size || (!last && dash + 1 < header.size())) return refused;
-  if (last && *last < *first) return refused;
+  if (!first || (!last && !after.empty()) || (last && *last < *first)) return {};
+  if (*first >= size) return outside;
   const auto end = last ? std::min(*last, size - 1) : size - 1;
   return {Range::Kind::part, *first, end - *first + 1};
 }
 
+/// RFC 9110, 14.1.2 and 14.2. Other units, and what is malformed, are ignored.
+Range range_of(std::string_view header, std::uint64_t size) {
+  const auto equals = header.find('=');
+  if (equals == header.npos || !same_token(header.substr(0, equals), "bytes")) return {};
+  Range range;
+  int count = 0;
+  bool well = true;
+  split(header.substr(equals + 1), ',', [&](std::string_view one) {
+    range = one_range(trimmed(one), size);
+    well = well && range.kind != Range::Kind::none;
+    ++count;
+  });
+  if (!well) return {};
+  return count == 1 ? range : Range{Range::Kind::refused, 0, 0};
+}
+
 Response not_found() { return problem(404, "There is no such file."); }
+
+Response not_opened(int error, std::string_view name, const Request& request) {
+  if (is_absence(error)) return not_found();
+  log_fault(fmt::format("{}: cannot be read: {}", name, std::system_category().message(error)),
+            request.id);
+  auto refused = problem(503, "The file cannot be read now.");
+  refused.headers.emplace_back("Retry-After", "1");
+  return refused;
+}
 
 }  // namespace
 
@@ -133,17 +171,13 @@ std::string type_of(std::string_view extension) {
 
 /// What is the same in one coding is so in all.
 bool lists(std::string_view header, std::string_view etag, Comparison comparison) {
-  if (header == "*") return true;
-  while (!header.empty()) {
-    const auto comma = header.find(',');
-    auto one = header.substr(0, comma);
-    header.remove_prefix(comma == header.npos ? header.size() : comma + 1);
-    while (one.starts_with(' ') || one.starts_with('\t')) one.remove_prefix(1);
-    while (one.ends_with(' ') || one.ends_with('\t')) one.remove_suffix(1);
+  bool found = header == "*";
+  split(header, ',', [&](std::string_view one) {
+    one = trimmed(one);
     if (comparison == Comparison::weak && one.starts_with("W/")) one.remove_prefix(2);
-    if (without_coding(one) == without_coding(etag)) return true;
-  }
-  return false;
+    found = found || without_coding(one) == without_coding(etag);
+  });
+  return found;
 }
 
 bool is_plain_name(std::string_view name) { return is_plain(name); }
@@ -157,7 +191,7 @@ bool may_be_served(std::string_view name, std::span<const std::string_view> exte
 
 Response serve_part(const FilePart& part, std::string_view name, const Request& request) {
   struct stat status {};
-  if (::fstat(*part.file, &status) != 0) return not_found();
+  if (::fstat(*part.file, &status) != 0) return not_opened(errno, name, request);
   const std::filesystem::path last(name);
   const auto extension = last.extension().string(), stem = last.stem().string();
   const auto etag = etag_of(stem, status, part.offset);
@@ -195,7 +229,8 @@ Response serve_file(const Folder& folder, std::string_view name, const Request& 
   if (!may_be_served(name, folder.extensions)) return not_found();
   const auto file = open_below(folder.path, name);
   struct stat status {};
-  if (!file || ::fstat(*file, &status) != 0 || !S_ISREG(status.st_mode)) return not_found();
+  if (!file || ::fstat(*file, &status) != 0) return not_opened(errno, name, request);
+  if (!S_ISREG(status.st_mode)) return not_found();
   return serve_part({file, 0, static_cast<std::uint64_t>(status.st_size)}, name, request);
 }
 

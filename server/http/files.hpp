@@ -21,10 +21,11 @@ struct Folder {
 ///
 /// A name is segments of letters, digits, '.', '_' and '-', none starting with a dot; no symbolic
 /// link is followed, inside or out; a folder is not listed. Each file has a strong ETag;
-/// If-None-Match is answered 304, a single byte range 206 (with If-Range), several ranges 416. A
-/// file named by its SHA-256 never changes and may be kept for ever; any other is asked for again.
+/// If-None-Match is answered 304, a single byte range 206 (with If-Range), several ranges and one
+/// that is not inside 416; a Range of something else is ignored. A file named by its SHA-256 never
+/// changes and may be kept for ever; any other is asked for again.
 ///
-/// Everything else answers 404.
+/// Everything else answers 404, but 503 a file that is there and cannot be read now.
 Response serve_file(const Folder& folder, std::string_view name, const Request& request);
 
 /// The same of a part of an open file, that `name` stands for: one in an archive.

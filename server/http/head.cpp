@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cstdint>
 #include <utility>
+
+#include "server/http/tokens.hpp"
 
 namespace hoodoo::http {
 namespace {
@@ -33,16 +34,14 @@ bool is_value(std::string_view text) {
   });
 }
 
-bool same(std::string_view text, std::string_view lower_case) {
-  return std::ranges::equal(text, lower_case, [](char a, char b) {
-    return std::tolower(static_cast<unsigned char>(a)) == b;
-  });
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto from = std::min(text.find_first_not_of(" \t"), text.size());
-  text.remove_prefix(from);
-  return text.substr(0, text.find_last_not_of(" \t") + 1);
+/// The library compares these with case, which tokens have none of.
+std::string_view known(std::string_view name, std::string_view value) {
+  constexpr std::array<std::array<std::string_view, 2>, 2> tokens{
+      {{"connection", "close"}, {"expect", "100-continue"}}};
+  for (const auto& [header, token] : tokens) {
+    if (same_token(name, header) && same_token(value, token)) return token;
+  }
+  return value;
 }
 
 int hexadecimal(char c) {
@@ -121,12 +120,12 @@ class Reader {
     const auto colon = line.find(':');
     const auto name = line.substr(0, colon);
     if (colon == line.npos || !is_name(name)) return Refusal{400, "A header has no plain name."};
-    const auto value = trimmed(line.substr(colon + 1));
+    const auto value = known(name, trimmed(line.substr(colon + 1)));
     if (!is_value(value)) return Refusal{400, "A header holds control characters."};
-    if (same(name, "host") && std::exchange(has_host_, true)) {
+    if (same_token(name, "host") && std::exchange(has_host_, true)) {
       return Refusal{400, "There are two hosts."};
     }
-    if (same(name, "content-length")) {
+    if (same_token(name, "content-length")) {
       if (std::exchange(has_length_, true)) return Refusal{400, "There are two lengths."};
       const auto read = std::from_chars(value.data(), value.data() + value.size(), head_.length);
       const bool digits = value.find_first_not_of("0123456789") == value.npos;
@@ -134,14 +133,14 @@ class Reader {
         return Refusal{400, "Content-Length is no number of bytes."};
       }
     }
-    if (same(name, "transfer-encoding")) {
-      if (!same(value, "chunked") || std::exchange(head_.chunked, true)) {
+    if (same_token(name, "transfer-encoding")) {
+      if (!same_token(value, "chunked") || std::exchange(head_.chunked, true)) {
         return Refusal{501, "The only transfer coding here is chunked."};
       }
     }
     const auto from = head_.text.size();
-    head_.text.append(name).append(": ");
-    const bool as_it_is = same(name, "location") || same(name, "referer");
+    head_.text.append(same_token(name, "range") ? range_within : name).append(": ");
+    const bool as_it_is = same_token(name, "location") || same_token(name, "referer");
     for (const char c : value)
       head_.text += c == '%' && !as_it_is ? "%25" : std::string_view(&c, 1);
     head_.text += line_end;

@@ -12,6 +12,10 @@ inline constexpr std::size_t most_head = 16u << 10;  // [bytes]
 inline constexpr std::size_t most_line = 8u << 10;   // [bytes] as the library is to read it
 inline constexpr std::size_t most_header_lines = 64;
 
+/// The header Range on its way through the library, which refuses whole requests for one that is
+/// none. No client's header has such a name.
+inline constexpr std::string_view range_within = "range_within";
+
 /// Why no request is read from a connection any more.
 struct Refusal {
   int status = 400;

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 #include <malloc.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <condition_variable>
@@ -161,16 +162,28 @@ void keep_small() {
   ::mallopt(M_TRIM_THRESHOLD, 1 << 20);
 }
 
+/// Gives the most descriptors there may be, which many systems leave to who needs them.
+std::size_t raise_descriptors() {
+  rlimit both{};
+  ::getrlimit(RLIMIT_NOFILE, &both);
+  both.rlim_cur = both.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &both);
+  ::getrlimit(RLIMIT_NOFILE, &both);
+  return both.rlim_cur;
+}
+
 }  // namespace
 
 void serve(const Settings& given) {
   keep_small();
+  // Of each connection a socket, a file, and the folder in which that is looked for.
+  const auto most_connections = std::min(given.connections, raise_descriptors() / 3);
   auto settings = given;
   std::erase_if(settings.host, [](char c) { return c == '[' || c == ']'; });
   check(settings);
   const auto sender = sender_of(settings);
   const Tilesets tilesets(settings.tilesets);
-  Listener listener(settings.host, settings.port);
+  Listener listener(settings.host, settings.port, most_connections);
   const auto commands = commands_of(settings);
   job::Settings queue_settings;
   queue_settings.data = settings.data;
@@ -205,6 +218,7 @@ void serve(const Settings& given) {
   if (!settings.keys.empty()) api_settings.keys = Keys::read(settings.keys);
   api_settings.draining = [stop = settings.stop] { return stop.stop_requested(); };
   set_log_format(settings.json_log ? LogFormat::json : LogFormat::text);
+  api_settings.connections = [&listener] { return listener.connections(); };
   if (settings.listening) settings.listening(listener.port());
   Api api(queue, assets, uploads, std::move(api_settings));
   std::optional<Courier> courier;
@@ -212,7 +226,10 @@ void serve(const Settings& given) {
   std::stop_source drained;
   std::jthread drain([&](const std::stop_token& over) { wait_to_drain(settings, over, drained); });
   listener.run(
-      {[&api](Request request) { return api.answer(std::move(request)); }, &Api::takes_body},
+      {[&api](Request request) { return api.answer(std::move(request)); }, &Api::takes_body,
+       [&api](Request request, Response& response, Api::Clock::time_point since) {
+         api.note(std::move(request), response, since);
+       }},
       drained.get_token());
 }
 

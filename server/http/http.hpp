@@ -20,6 +20,7 @@ struct Settings {
   std::filesystem::path cache;                   // finished tiles shared with others; empty: none
   std::vector<std::filesystem::path> tilesets;   // finished ones to stream: folders, .3tz archives
   std::vector<std::filesystem::path> roots;      // where a job's scene may find elevations
+  std::size_t connections = 4096;                // at once, a third of the descriptors at most
   int threads = 1;                               // of a bake
   std::size_t memory = std::size_t{1024} << 20;  // [bytes] of a bake
   int at_once = 1;                               // jobs that run

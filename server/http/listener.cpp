@@ -1,8 +1,8 @@
 #include "server/http/listener.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/core.h>
 #include <httplib.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,11 +10,9 @@
 #include <atomic>
 #include <cctype>
 #include <chrono>
-#include <condition_variable>
-#include <ctime>
 #include <limits>
-#include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
@@ -22,17 +20,20 @@
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
 #include "server/http/body.hpp"
-#include "server/http/connections.hpp"
+#include "server/http/entrance.hpp"
+#include "server/http/last_words.hpp"
 #include "server/http/problem.hpp"
 #include "server/http/request_stream.hpp"
+#include "server/http/tokens.hpp"
 
 namespace hoodoo::http {
 namespace {
 
 using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
 
-constexpr auto between_looks = 250ms;  // for more of a stream
-constexpr std::size_t most_connections = 4096;
+constexpr auto between_looks = 250ms;    // for more of a stream
+constexpr std::size_t most_method = 16;  // [bytes] of one that is told
 constexpr std::size_t most_unshared = 64u
                                       << 10;  // [bytes] of a body whose answer counts for nothing
 
@@ -40,12 +41,17 @@ Request read_head(const httplib::Request& from) {
   Request request;
   request.method = from.method;
   request.path = from.path;
+  request.peer = from.remote_addr;
   const auto question = from.target.find('?');
   if (question != from.target.npos) request.query = from.target.substr(question + 1);
   for (const auto& header : from.headers) {
     auto name = header.first;
     std::ranges::transform(name, name.begin(),
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (name == range_within) {
+      if (request.method != "GET") continue;  // means nothing to others: RFC 9110, 14.2
+      name = "range";
+    }
     auto& value = request.headers[name];
     value += (value.empty() ? "" : ", ") + header.second;
   }
@@ -61,10 +67,10 @@ bool send_piece(const FilePart& part, std::size_t offset, std::size_t length,
   return got > 0 && sink.write(piece.data(), static_cast<std::size_t>(got));
 }
 
-void write(Response&& from, httplib::Response& to) {
+void write(Response&& from, httplib::Response& to, const std::stop_token& stop = {}) {
   if (from.take) from = from.take([](const UsePiece&) { return Received::whole; });  // no body
   while (from.later) {
-    if (auto ready = from.later()) {
+    if (auto ready = from.later(stop.stop_requested())) {
       from = std::move(*ready);
     } else {
       std::this_thread::sleep_for(50ms);
@@ -72,6 +78,8 @@ void write(Response&& from, httplib::Response& to) {
   }
   to.status = from.status;
   for (auto& [name, value] : from.headers) to.set_header(name, value);
+  // Else the library says of every HEAD that ranges are served: taken away again by `finish`.
+  if (from.header("Accept-Ranges").empty()) to.set_header("Accept-Ranges", "none");
   if (from.more) {
     to.set_chunked_content_provider(from.type,
                                     [more = from.more](std::size_t, httplib::DataSink& sink) {
@@ -132,52 +140,36 @@ void cut_off(httplib::Request& request) {
   request.headers.emplace("Connection", "close");
 }
 
-/// What the library refuses by itself answers in the words of the rest.
-httplib::Server::HandlerResponse explain(const httplib::Request&, httplib::Response& response) {
-  using enum httplib::Server::HandlerResponse;
-  if (!response.body.empty() || response.content_provider_) return Unhandled;
-  const auto* detail = response.status == 413   ? "The body is over the limit."
-                       : response.status == 416 ? "Ask for one range of bytes."
-                                                : "The request could not be understood.";
-  write(problem(response.status, detail), response);
-  return Handled;
-}
-
-/// What the library hands connections to.
-class Connections : public httplib::TaskQueue {
- public:
-  bool enqueue(std::function<void()> serve) override { return threads_.run(std::move(serve)); }
-  void shutdown() override { threads_.finish(); }
-
- private:
-  ConnectionThreads threads_{most_connections};
-};
-
 /// Whether the last answer of this thread said that the connection closes. The library says so of
 /// every error, and then reads on.
 thread_local bool said_close = false;
 
-std::string date() {
-  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(now));
-}
-
 /// A server must date its answers (RFC 9110, 6.6.1), and these two have no content to measure.
 void finish(const httplib::Request&, httplib::Response& response) {
   if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
+  if (response.get_header_value("Accept-Ranges") == "none") response.headers.erase("Accept-Ranges");
   response.set_header("Date", date());
   said_close = response.get_header_value("Connection") == "close";
 }
 
-/// Says why no request is read from a connection any more.
-void refuse(httplib::Stream& stream, const Refusal& refusal) {
-  const auto said = problem(refusal.status, refusal.detail);
-  const auto text = fmt::format(
-      "HTTP/1.1 {} {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nDate: {}\r\n"
-      "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n{}",
-      refusal.status, httplib::status_message(refusal.status), said.type, said.body.size(), date(),
-      said.body);
-  stream.write(text);
+/// What is to be told of a request whose head was refused.
+Request begun(const RequestStream& stream) {
+  const auto line = stream.first_line();
+  const auto space = line.find(' ');
+  Request request;
+  request.peer = stream.peer();
+  request.method = line.substr(0, std::min(space, most_method));
+  if (space == line.npos) return request;
+  const auto rest = line.substr(space + 1);
+  request.path = rest.substr(0, std::min(rest.find_first_of("? "), most_path));
+  return request;
+}
+
+/// An answer that nobody else has given.
+Response noted(const Service& service, Request request, Response response,
+               Clock::time_point since) {
+  if (service.note) service.note(std::move(request), response, since);
+  return response;
 }
 
 }  // namespace
@@ -185,13 +177,21 @@ void refuse(httplib::Stream& stream, const Refusal& refusal) {
 struct Listener::Server : httplib::Server {
   using HandlerResponse = httplib::Server::HandlerResponse;
 
+  explicit Server(std::size_t most_connections) : entrance(most_connections) {}
+  ~Server() override {
+    if (svr_sock_ != INVALID_SOCKET) ::close(svr_sock_);
+  }
   void answer(const Service& service, const std::stop_token& stop);
   void configure();
+  /// Until `stop`.
+  void take_connections(const Service& service, const std::stop_token& stop);
+
+  Entrance entrance;
 
  private:
-  void refuse_or_route(const Service& service);
-  void expect(const Service& service);
-  bool process_and_close_socket(socket_t socket) override;
+  void refuse_or_route(const Service& service, const std::stop_token& stop);
+  void expect(const Service& service, const std::stop_token& stop);
+  void converse(socket_t socket, const Service& service);
 
   std::atomic<std::size_t> held_ = 0;  // [bytes] of bodies and their answers
 };
@@ -210,13 +210,27 @@ std::optional<Response> refusal(const Service& service, const httplib::Request& 
   if (from.has_header("Content-Encoding")) {
     return problem(415, "Send the body without an encoding.");
   }
-  if (has_body(from) && from.is_multipart_form_data()) {
+  if (has_body(from) &&
+      is_media_type(from.get_header_value("Content-Type"), "multipart/form-data")) {
     return problem(415, "Send the body by itself, not as a form.");
   }
   if (from.method == "POST" && !has_body(from) && !streams) {
     return problem(411, "Say how long the body is.");
   }
   return std::nullopt;
+}
+
+/// What the library refuses by itself answers in the words of the rest.
+httplib::Server::HandlerResponse explain(const Service& service, const httplib::Request& request,
+                                         httplib::Response& response) {
+  using enum httplib::Server::HandlerResponse;
+  if (!response.body.empty() || response.content_provider_) return Unhandled;
+  if (response.has_header("X-Request-Id")) return Unhandled;  // it is the service's
+  const auto* detail = response.status == 413 ? "The body is over the limit."
+                                              : "The request could not be understood.";
+  write(noted(service, read_head(request), problem(response.status, detail), request.start_time_),
+        response);
+  return Handled;
 }
 
 /// The answer to a request with a body, which takes of `held` while it is in memory.
@@ -231,8 +245,9 @@ Response respond(const Service& service, httplib::Request& from, const ReadBody&
     read([](std::string_view) { return false; });
   };
   if (auto refused = refusal(service, from)) {
+    auto head = read_head(from);
     pass_over();
-    return std::move(*refused);
+    return noted(service, std::move(head), std::move(*refused), from.start_time_);
   }
   auto request = read_head(from);
   if (takes_body(service, from)) {
@@ -256,9 +271,11 @@ Response respond(const Service& service, httplib::Request& from, const ReadBody&
   if (!is_room) {
     auto refused = problem(503, "Too many large requests are under way.");
     refused.headers.emplace_back("Retry-After", "1");
-    return refused;
+    return noted(service, std::move(request), std::move(refused), from.start_time_);
   }
-  if (received != Received::whole) return not_received(received);
+  if (received != Received::whole) {
+    return noted(service, std::move(request), not_received(received), from.start_time_);
+  }
   const bool is_large = request.body.size() > most_unshared;
   auto response = service.answer(std::move(request));
   if (is_large) response.held = share;
@@ -275,57 +292,72 @@ void Listener::Server::configure() {
   // Lengths are limited below, route by route.
   set_payload_max_length(std::numeric_limits<std::size_t>::max());
   set_keep_alive_max_count(10'000);
-  new_task_queue = [] { return new Connections; };
-  set_error_handler(explain);
   set_post_routing_handler(finish);
-  set_exception_handler(
-      [](const httplib::Request&, httplib::Response& to, const std::exception_ptr&) {
-        write(problem(500, "internal error"), to);
-      });
 }
 
 /// Serves one connection. The library's own way trusts heads more, and loses requests that come in
 /// one packet.
-bool Listener::Server::process_and_close_socket(socket_t socket) {
+void Listener::Server::converse(socket_t socket, const Service& service) {
   RequestStream stream(socket);
   const auto stopping = [this] { return svr_sock_ == INVALID_SOCKET; };
-  bool well = true;
+  const auto next_request = [&] {
+    const WaitingConnections::Turn turn(entrance.waiting(), socket);
+    return stream.next(stopping);
+  };
   for (std::size_t left = keep_alive_max_count_; left > 0; --left) {
-    const auto next = stream.next(stopping);
+    const auto next = next_request();
     if (std::holds_alternative<RequestStream::Over>(next)) break;
     if (const auto* refusal = std::get_if<Refusal>(&next)) {
-      refuse(stream, *refusal);
+      stream.write(last_words(
+          noted(service, begun(stream), problem(refusal->status, refusal->detail), Clock::now())));
       break;
     }
     bool closed = false;
-    well = process_request(stream, {}, 0, {}, 0, left == 1, closed, nullptr);
+    const bool well = process_request(stream, stream.peer(), 0, {}, 0, left == 1, closed, nullptr);
     if (!well || closed || said_close) break;
   }
+  if (stream.is_cut_off()) entrance.note_slow();
   stream.close(stopping());
-  return well;
 }
 
-void Listener::Server::expect(const Service& service) {
-  set_expect_100_continue_handler([&service](const httplib::Request& from, httplib::Response& to) {
-    auto early = refusal(service, from);
-    if (!early && takes_body(service, from)) {
-      early = service.answer(read_head(from));
-      if (early->take) early.reset();  // asked again when the body comes
-    }
-    if (!early) return 100;
-    write(std::move(*early), to);
-    // Of these answers the library leaves the length to the end of the connection.
-    if (!to.body.empty()) to.set_header("Content-Length", std::to_string(to.body.size()));
-    return to.status;
-  });
+void Listener::Server::take_connections(const Service& service, const std::stop_token& stop) {
+  const int listening = svr_sock_;
+  {
+    // The library looks at its socket to see whether it is to end.
+    const std::stop_callback end(stop, [this, listening] {
+      svr_sock_ = INVALID_SOCKET;
+      ::shutdown(listening, SHUT_RDWR);
+    });
+    entrance.run(
+        listening, [this, &service](int socket) { converse(socket, service); },
+        last_words(too_many()), stop);
+  }
+  svr_sock_ = INVALID_SOCKET;
+  ::close(listening);
 }
 
-void Listener::Server::refuse_or_route(const Service& service) {
+void Listener::Server::expect(const Service& service, const std::stop_token& stop) {
+  set_expect_100_continue_handler(
+      [&service, stop](const httplib::Request& from, httplib::Response& to) {
+        auto early = refusal(service, from);
+        if (early) {
+          early = noted(service, read_head(from), std::move(*early), from.start_time_);
+        } else if (takes_body(service, from)) {
+          early = service.answer(read_head(from));
+          if (early->take) early.reset();  // asked again when the body comes
+        }
+        if (!early) return 100;
+        write(std::move(*early), to, stop);
+        // Of these answers the library leaves the length to the end of the connection.
+        if (!to.body.empty()) to.set_header("Content-Length", std::to_string(to.body.size()));
+        return to.status;
+      });
+}
+
+void Listener::Server::refuse_or_route(const Service& service, const std::stop_token& stop) {
   // Called first for every request. One that may have a body goes on to the routes below.
-  set_pre_routing_handler([&service](const httplib::Request& from, httplib::Response& to) {
+  set_pre_routing_handler([&service, stop](const httplib::Request& from, httplib::Response& to) {
     auto& request = const_cast<httplib::Request&>(from);
-    // Ranges are answered by the service, not applied once more to what it gives.
-    request.ranges.clear();
     // Else the library waits for the body of a DELETE that has none, and takes what follows on the
     // connection for it.
     if (is_empty(from)) request.body_consumed_ = true;
@@ -333,7 +365,9 @@ void Listener::Server::refuse_or_route(const Service& service) {
       return HandlerResponse::Unhandled;
     }
     auto early = refusal(service, from);
-    write(early ? std::move(*early) : service.answer(read_head(from)), to);
+    write(early ? noted(service, read_head(from), std::move(*early), from.start_time_)
+                : service.answer(read_head(from)),
+          to, stop);
     // A short one is read by the library, and forgotten.
     if (from.has_header("Transfer-Encoding") || is_too_long(from)) cut_off(request);
     return HandlerResponse::Handled;
@@ -341,8 +375,15 @@ void Listener::Server::refuse_or_route(const Service& service) {
 }
 
 void Listener::Server::answer(const Service& service, const std::stop_token& stop) {
-  expect(service);
-  refuse_or_route(service);
+  expect(service, stop);
+  set_error_handler([&service](const httplib::Request& from, httplib::Response& to) {
+    return explain(service, from, to);
+  });
+  set_exception_handler([&service](const httplib::Request& from, httplib::Response& to,
+                                   const std::exception_ptr&) {
+    write(noted(service, read_head(from), problem(500, "internal error"), from.start_time_), to);
+  });
+  refuse_or_route(service, stop);
   const auto with_body = [this, &service, stop](const httplib::Request& from, httplib::Response& to,
                                                 const httplib::ContentReader& read) {
     const Pieces pieces = [&read](const std::function<bool(std::string_view)>& use) {
@@ -352,13 +393,14 @@ void Listener::Server::answer(const Service& service, const std::stop_token& sto
     };
     auto& request = const_cast<httplib::Request&>(from);
     const auto body = [&](const UsePiece& use) { return receive(pieces, stop, use); };
-    write(respond(service, request, body, held_), to);
+    write(respond(service, request, body, held_), to, stop);
     if (!request.body_consumed_) cut_off(request);
   };
   Post(".*", with_body).Put(".*", with_body).Patch(".*", with_body).Delete(".*", with_body);
 }
 
-Listener::Listener(const std::string& host, int port) : server_(std::make_unique<Server>()) {
+Listener::Listener(const std::string& host, int port, std::size_t most_connections)
+    : server_(std::make_unique<Server>(most_connections)) {
   server_->configure();
   port_ = port == 0 ? server_->bind_to_any_port(host) : port;
   if (port_ < 0 || (port != 0 && !server_->bind_to_port(host, port))) {
@@ -369,20 +411,11 @@ Listener::Listener(const std::string& host, int port) : server_(std::make_unique
 
 Listener::~Listener() = default;
 
+ConnectionCounts Listener::connections() const { return server_->entrance.counts(); }
+
 void Listener::run(const Service& service, const std::stop_token& stop) {
   server_->answer(service, stop);
-  std::atomic<bool> ended = false;
-  std::jthread stopper([&](const std::stop_token& asked) {
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
-    std::condition_variable_any().wait(lock, asked, [] { return false; });
-    while (!ended && !server_->is_running()) std::this_thread::sleep_for(1ms);
-    if (!ended) server_->stop();
-  });
-  const std::stop_callback forward(stop, [&stopper] { stopper.request_stop(); });
-  const bool well = server_->listen_after_bind();
-  ended = true;
-  if (!well) throw Error(Fault::io, "", "connections can no longer be accepted");
+  server_->take_connections(service, stop);
 }
 
 }  // namespace hoodoo::http

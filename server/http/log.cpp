@@ -44,6 +44,8 @@ void log_request(const RequestLine& line) {
                              {"event", "request"},    {"request", line.id},
                              {"method", line.method}, {"path", line.path},
                              {"status", line.status}, {"milliseconds", line.milliseconds}};
+  if (!line.client.empty()) all["client"] = line.client;
+  if (!line.forwarded.empty()) all["forwarded"] = line.forwarded;
   if (!line.job.empty()) all["job"] = line.job;
   if (!line.owner.empty()) all["owner"] = line.owner;
   write(all);

@@ -8,9 +8,10 @@ namespace hoodoo::http {
 enum class LogFormat : std::uint8_t { text, json };
 
 /// One answered request. In JSON: time, level, event "request", request, method, path, status,
-/// milliseconds, and job and owner where there are such.
+/// milliseconds, client, the address that the connection comes from, and where there are such
+/// forwarded, whom a gateway on this machine says that it asks for, job and owner.
 struct RequestLine {
-  std::string id, method, path, job, owner;
+  std::string id, method, path, client, forwarded, job, owner;
   int status = 0;
   double milliseconds = 0;
 };

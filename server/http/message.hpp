@@ -20,6 +20,8 @@ struct Request {
   std::string body;
   std::string owner;       // whose key it came with; empty: nobody's
   bool all_owners = true;  // may see and end everybody's jobs
+  std::string peer{};      // address that the connection comes from
+  std::string id{};        // in logs, and the answer's X-Request-Id
 
   /// Empty when absent.
   std::string_view header(std::string_view lower_case_name) const {
@@ -58,8 +60,10 @@ struct Response {
   /// response. Called once, or never.
   std::function<Response(const ReadBody&)> take;
   /// Instead of all that: the response once there is one. Asked again and again, from any thread.
-  std::function<std::optional<Response>()> later;
-  /// Instead of a body: what follows, "" for nothing yet, nothing at the end. Asked as `later` is.
+  /// `at_once`: there is no time any more, and always a response.
+  std::function<std::optional<Response>(bool at_once)> later;
+  /// Instead of a body: what follows, "" for nothing yet, nothing at the end. Asked again and
+  /// again, too.
   std::function<std::optional<std::string>()> more;
 
   /// Empty when absent.

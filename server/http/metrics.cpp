@@ -60,6 +60,18 @@ struct Metrics::Registry {
           .Name("hoodoo_callbacks_total")
           .Help("Callbacks: delivered, tries that failed, given up.")
           .Register(all);
+  prometheus::Gauge& connections_open = BuildGauge()
+                                            .Name("hoodoo_http_connections")
+                                            .Help("Connections that are open.")
+                                            .Register(all)
+                                            .Add({});
+  prometheus::Family<prometheus::Counter>& connections =
+      BuildCounter()
+          .Name("hoodoo_http_connections_total")
+          .Help(
+              "Connections: accepted; of them dropped while they waited, or refused, for want of "
+              "room.")
+          .Register(all);
   prometheus::Gauge& memory = BuildGauge()
                                   .Name("process_resident_memory_bytes")
                                   .Help("Resident memory of the server, without its jobs.")
@@ -92,20 +104,25 @@ void Metrics::count(std::string_view route, std::string_view method, int status,
   series.seconds.Observe(seconds);
 }
 
-std::string Metrics::text(const job::Queue& queue) {
+std::string Metrics::text(const job::Queue& queue, const ConnectionCounts& connections) {
   for (const auto status : statuses) {
     registry_->jobs.Add({{"status", std::string(job::name_of(status))}})
         .Set(static_cast<double>(queue.count(status)));
   }
-  const auto told = queue.told();
-  registry_->callbacks_pending.Set(static_cast<double>(told.pending));
-  const auto count_to = [this](const char* result, std::uint64_t total) {
-    auto& counter = registry_->callbacks.Add({{"result", result}});
+  const auto count_to = [](auto& family, const char* result, std::uint64_t total) {
+    auto& counter = family.Add({{"result", result}});
     counter.Increment(static_cast<double>(total) - counter.Value());
   };
-  count_to("delivered", told.delivered);
-  count_to("failed", told.failed_tries);
-  count_to("given_up", told.given_up);
+  const auto told = queue.told();
+  registry_->callbacks_pending.Set(static_cast<double>(told.pending));
+  count_to(registry_->callbacks, "delivered", told.delivered);
+  count_to(registry_->callbacks, "failed", told.failed_tries);
+  count_to(registry_->callbacks, "given_up", told.given_up);
+  registry_->connections_open.Set(static_cast<double>(connections.open));
+  count_to(registry_->connections, "accepted", connections.accepted);
+  count_to(registry_->connections, "dropped", connections.dropped);
+  count_to(registry_->connections, "slow", connections.slow);
+  count_to(registry_->connections, "refused", connections.refused);
   registry_->memory.Set(resident_memory());
   return prometheus::TextSerializer().Serialize(registry_->all.Collect());
 }

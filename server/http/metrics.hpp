@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/http/entrance.hpp"
 #include "server/job/queue.hpp"
 
 /// What the service tells those who watch it, in Prometheus' text format.
@@ -16,8 +17,8 @@ class Metrics {
   /// One request: the route's pattern, not the path, so that series stay few. `seconds` to the
   /// answer, without sending it.
   void count(std::string_view route, std::string_view method, int status, double seconds);
-  /// All of it, with the jobs and the process as they are now.
-  std::string text(const job::Queue& queue);
+  /// All of it, with the jobs, the connections and the process as they are now.
+  std::string text(const job::Queue& queue, const ConnectionCounts& connections);
 
  private:
   struct Registry;

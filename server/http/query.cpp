@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "engine/base/error.hpp"
+#include "server/http/tokens.hpp"
 #include "server/job/state.hpp"
 
 namespace hoodoo::http {
@@ -43,23 +44,6 @@ std::string decoded(std::string_view text) {
     i += 2;
   }
   return out;
-}
-
-/// Calls `use` with each part between separators.
-template <class Use>
-void split(std::string_view text, char separator, const Use& use) {
-  for (;;) {
-    const auto end = text.find(separator);
-    use(text.substr(0, end));
-    if (end == text.npos) return;
-    text.remove_prefix(end + 1);
-  }
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (text.starts_with(' ') || text.starts_with('\t')) text.remove_prefix(1);
-  while (text.ends_with(' ') || text.ends_with('\t')) text.remove_suffix(1);
-  return text;
 }
 
 /// An instant, or an interval "from/to" of which either may be ".." or empty.
@@ -115,6 +99,15 @@ std::string read_parameter(const std::string& name, const std::string& value, jo
     return "is no parameter of a job list";
   }
   return {};
+}
+
+/// Of "20", with or without quotes; what is no number is none.
+int seconds_of(std::string_view word) {
+  if (word.size() > 1 && word.starts_with('"') && word.ends_with('"')) {
+    word = word.substr(1, word.size() - 2);
+  }
+  if (word.empty() || word.find_first_not_of("0123456789") != word.npos) return 0;
+  return std::min(number<int>(word).value_or(most_wait), most_wait);  // it may be any long
 }
 
 }  // namespace
@@ -197,12 +190,12 @@ std::optional<job::Time> parse_time(std::string_view text) {
 Preferences preferences_of(const Request& request) {
   Preferences preferences;
   split(request.header("prefer"), ',', [&](std::string_view part) {
-    part = trimmed(part.substr(0, part.find(';')));
-    if (part == "respond-async") preferences.respond_async = true;
-    constexpr std::string_view wait = "wait=";
-    if (part.starts_with(wait)) {
-      const auto seconds = number<unsigned>(part.substr(wait.size())).value_or(0);
-      preferences.wait = static_cast<int>(std::min<unsigned>(seconds, most_wait));
+    part = part.substr(0, part.find(';'));
+    const auto equals = part.find('=');
+    const auto name = trimmed(part.substr(0, equals));
+    if (same_token(name, "respond-async")) preferences.respond_async = true;
+    if (same_token(name, "wait") && equals != part.npos) {
+      preferences.wait = seconds_of(trimmed(part.substr(equals + 1)));
     }
   });
   return preferences;

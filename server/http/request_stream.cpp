@@ -1,6 +1,9 @@
 #include "server/http/request_stream.hpp"
 
+#include <linux/sockios.h>
+#include <netdb.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -20,7 +23,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto patience_with_silence = 5s;  // between two requests
 constexpr auto patience_with_head = 10s;    // from its first byte to its last
-constexpr auto patience_with_reader = 20s;
 constexpr auto patience_with_end = 2s;
 constexpr auto between_looks = 250ms;  // at whether the server stops
 constexpr std::size_t piece = 16u << 10;
@@ -31,7 +33,27 @@ std::chrono::milliseconds until(Clock::time_point end) {
   return std::max(left, 0ms);
 }
 
+std::string peer_of(int socket) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  auto* any = reinterpret_cast<sockaddr*>(&address);
+  std::array<char, NI_MAXHOST> text{};
+  if (::getpeername(socket, any, &size) != 0) return {};
+  if (::getnameinfo(any, size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) != 0)
+    return {};
+  const std::string_view name(text.data());
+  constexpr std::string_view version_4 = "::ffff:";  // on a socket of both versions
+  return std::string(name.substr(name.starts_with(version_4) ? version_4.size() : 0));
+}
+
 }  // namespace
+
+RequestStream::RequestStream(socket_t socket) : socket_(socket), peer_(peer_of(socket)) {}
+
+std::string_view RequestStream::first_line() const {
+  const std::string_view all(buffer_);
+  return all.substr(0, all.find(line_end));
+}
 
 bool RequestStream::wait(short what, std::chrono::milliseconds patience) const {
   const auto end = Clock::now() + patience;
@@ -44,9 +66,8 @@ bool RequestStream::wait(short what, std::chrono::milliseconds patience) const {
 
 bool RequestStream::is_readable() const { return has_bytes() || wait(POLLIN, 0ms); }
 bool RequestStream::wait_readable() const { return has_bytes() || wait(POLLIN, body_patience); }
-bool RequestStream::wait_writable() const { return wait(POLLOUT, patience_with_reader); }
 bool RequestStream::is_peer_alive() const {
-  return wait_writable() && httplib::detail::is_socket_alive(socket_);
+  return !cut_off_ && httplib::detail::is_socket_alive(socket_);
 }
 
 /// Adds what has come to the buffer; as recv does it tells how much, and when all has.
@@ -142,16 +163,50 @@ ssize_t RequestStream::read(char* to, std::size_t size) {
   return -1;
 }
 
+/// Waits until something can be written; false when the client takes too little. What counts is
+/// what has arrived, not what the system holds for it: of that it takes megabytes, and there is
+/// only room again when much of it has gone. Time in which there is nothing to write is not waited.
+bool RequestStream::wait_for_reader() {
+  constexpr auto least = least_rate * static_cast<std::size_t>(body_patience.count());
+  for (;;) {
+    const auto from = Clock::now();
+    const bool ready = wait(POLLOUT, 1s);
+    waited_ += Clock::now() - from;
+    if (waited_ >= body_patience) {
+      int held = 0;
+      ::ioctl(socket_, SIOCOUTQ, &held);
+      const auto taken = written_ - static_cast<std::size_t>(held);
+      if (taken < taken_ + least) return false;
+      taken_ = taken;
+      waited_ = {};
+    }
+    if (ready) return true;
+  }
+}
+
 ssize_t RequestStream::write(const char* from, std::size_t size) {
-  if (!wait_writable()) return -1;
-  ssize_t sent = 0;
-  do {
-    sent = ::send(socket_, from, size, MSG_NOSIGNAL);
-  } while (sent < 0 && errno == EINTR);
+  ssize_t sent = -1;
+  while (sent < 0) {
+    if (cut_off_ || !wait_for_reader()) {
+      cut_off_ = true;
+      error_ = httplib::Error::Timeout;
+      return -1;
+    }
+    sent = ::send(socket_, from, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent < 0 && errno != EINTR && errno != EAGAIN) return sent;
+  }
+  written_ += static_cast<std::size_t>(sent);
   return sent;
 }
 
 void RequestStream::close(bool at_once) {
+  if (cut_off_) {
+    // What it has not taken would be kept for it.
+    const linger none{1, 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_LINGER, &none, sizeof none);
+    ::close(socket_);
+    return;
+  }
   ::shutdown(socket_, SHUT_WR);
   // Closed while bytes are unread, it would be reset, and the answer lost on its way.
   const auto end = Clock::now() + (at_once ? 0s : patience_with_end);

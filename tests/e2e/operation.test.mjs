@@ -6,6 +6,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { exampleScene, hoodoo, makeFolder, makeKey, makeRoot, removeFolder } from './hoodoo.mjs';
+import { converse } from './raw.mjs';
 import { Server } from './server.mjs';
 
 let work, root, scene;
@@ -114,6 +115,48 @@ test('Figures count what was asked, and lines of JSON tell it', async () => {
   }
 });
 
+test('What is refused before it is read has a name, is counted, and is in the log, too', async () => {
+  const server = await start('refusals', '--log', 'json');
+  try {
+    const host = `Host: ${new URL(server.url).host}\r\n`, post = 'POST /processes/echo/execution HTTP/1.1\r\n';
+    const close = 'Connection: close\r\n\r\n', json = 'Content-Type: application/json\r\n';
+    // [status, method, path, route, request]
+    const refusals = [
+      [501, 'TRACE', '/jobs', 'jobs', `TRACE /jobs?a HTTP/1.1\r\n${host}\r\n`],
+      [400, 'GET', '/healthz', 'healthz', `GET /healthz HTTP/1.1\r\n${host}Host: two\r\n\r\n`],
+      [400, 'nonsense', '', 'none', 'nonsense\r\n\r\n'],
+      [411, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}${close}`],
+      [415, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}Content-Encoding: gzip\r\nContent-Length: 2\r\n${close}{}`],
+      [413, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}Content-Length: 99999999\r\n${close}`],
+      [413, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}Expect: 100-Continue\r\nContent-Length: 99999999\r\n${close}`],
+      [400, 'POST', '/processes/echo/execution', 'processes/*/execution', `${post}${host}${json}Content-Length: 9\r\n${close}{`],
+      [400, 'GET', '/healthz', 'healthz', `GET /healthz HTTP/1.1\r\n${host}Accept: a/b;q=high\r\n\r\n`],
+    ];
+    for (const [status, method, path, , request] of refusals) {
+      const { answers } = await converse(server.url, request, { end: true });
+      assert.deepEqual(answers.map((one) => one.status), [status], request);
+      const id = answers[0].headers['x-request-id'];
+      assert.ok(id, `${request} has no X-Request-Id`);
+      const lines = () => server.stderr.trim().split('\n').filter(Boolean).map((line) => JSON.parse(line)).filter((line) => line.request === id);
+      while (lines().length === 0) await sleep(10);
+      const [line, ...more] = lines();
+      assert.deepEqual([line.event, line.method, line.path, line.status, line.client, more.length], ['request', method, path, status, '127.0.0.1', 0]);
+    }
+    const named = await converse(server.url, `${post}${host}X-Request-Id: mine\r\nX-Forwarded-For: 192.0.2.1, 198.51.100.7\r\n${json}${close}`);
+    assert.equal(named.answers[0].headers['x-request-id'], 'mine');
+    while (!server.stderr.includes('"mine"')) await sleep(10);
+    assert.match(server.stderr, /"request":"mine".*"client":"127\.0\.0\.1","forwarded":"198\.51\.100\.7"/);
+    const { answers: [{ body }] } = await converse(server.url, `GET /metrics HTTP/1.1\r\n${host}${close}`);
+    const metrics = readMetrics(body);
+    for (const [status, method, , route] of refusals) {
+      const verb = ['GET', 'POST'].includes(method) ? method : 'other';
+      assert.ok(metrics.get(`hoodoo_http_requests_total{code="${status}",method="${verb}",route="${route}"}`) > 0, `${status} ${route}`);
+    }
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
 test('Asked to stop, it says so for a while, takes no more jobs, and goes', async () => {
   const server = await start('drain', '--drain', '3');
   const ready = async () => (await server.fetch('/readyz')).status;
@@ -129,6 +172,23 @@ test('Asked to stop, it says so for a while, takes no more jobs, and goes', asyn
   assert.deepEqual(await server.ended, { code: 0, signal: null });
   const took = Date.now() - asked;
   assert.ok(took >= 2900, `it waited ${took} ms`);
+});
+
+test('Asked to stop, it answers at once those who wait, and goes', async () => {
+  const server = await start('waiting');
+  const id = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.25 } });
+  const answer = (path, options) => fetch(server.url + path, options).then(async (response) => ({ status: response.status, body: await response.json() }));
+  const body = JSON.stringify({ inputs: { echo: 'late', pause: 10 } });
+  const waiting = [answer(`/jobs/${id}`, { headers: { prefer: 'wait=60' } }),
+                   answer('/processes/echo/execution', { method: 'POST', headers: { 'content-type': 'application/json' }, body })];
+  await sleep(1000);
+  const asked = Date.now();
+  server.child.kill('SIGTERM');
+  const [job, echo] = await Promise.all(waiting);
+  assert.deepEqual([job.status, job.body.jobID, job.body.status], [200, id, 'running']);
+  assert.deepEqual([echo.status, echo.body], [200, { echo: 'late' }]);
+  assert.deepEqual(await server.ended, { code: 0, signal: null });
+  assert.ok(Date.now() - asked < 8000, `it took ${Date.now() - asked} ms`);
 });
 
 test('Connections that say nothing or little keep nobody waiting', async () => {
@@ -149,5 +209,65 @@ test('Connections that say nothing or little keep nobody waiting', async () => {
   } finally {
     for (const socket of sockets) socket.destroy();
     await server.stop('SIGKILL');
+  }
+});
+
+/** Connections to a server that say nothing, or begin a head and never end it: {socket, closed}. */
+async function crowd(server, count) {
+  const { hostname, port } = new URL(server.url), all = [];
+  for (let i = 0; i < count; ++i) {
+    const one = { socket: connect(Number(port), hostname), closed: false };
+    one.socket.on('error', () => {}).on('close', () => { one.closed = true; }).resume();
+    await new Promise((done) => one.socket.once('connect', done));
+    if (i % 2 === 0) one.socket.write('GET / HTTP/1.1\r\nHo');
+    all.push(one);
+  }
+  return all;
+}
+const leave = (all) => all.forEach(({ socket }) => socket.destroy());
+
+test('At the limit of connections those go that have waited longest for a request', async () => {
+  const server = await start('full', '--connections', '8');
+  const others = await crowd(server, 30);
+  try {
+    const { answers } = await converse(server.url, `GET /metrics HTTP/1.1\r\nHost: ${new URL(server.url).host}\r\n\r\n`, { enough: ([first]) => first?.whole });
+    assert.equal(answers[0]?.status, 200);
+    const metrics = readMetrics(answers[0].body);
+    const total = (result) => metrics.get(`hoodoo_http_connections_total{result="${result}"}`);
+    assert.ok(metrics.get('hoodoo_http_connections') <= 8, answers[0].body);
+    assert.ok(total('accepted') >= 31 && total('dropped') >= 23, answers[0].body);
+    assert.equal(total('refused'), 0);
+    while (others.filter(({ closed }) => closed).length < 23) await sleep(50);
+    assert.ok(others.slice(0, 15).every(({ closed }) => closed), 'the oldest');
+  } finally {
+    leave(others);
+    await server.stop('SIGKILL');
+  }
+  const wrong = await hoodoo(['serve', '--data', join(work, 'none'), '--connections', '0'], { limit: 10_000 });
+  assert.equal(wrong.code, 2);
+  assert.match(wrong.stderr, /--connections.*0/);
+});
+
+test('Where few files may be open it takes all it may have, and stays well with fewer connections', async () => {
+  const few = (name, limits) => Server.start({ data: join(work, name), under: ['prlimit', `--nofile=${limits}`] });
+  const head = (server, path) => `GET ${path} HTTP/1.1\r\nHost: ${new URL(server.url).host}\r\nConnection: close\r\n\r\n`;
+  // 85 connections are a third of 256; 64 alone would not do for any of these.
+  for (const [limits, most] of [['64:256', 85], ['64:2000', 200]]) {
+    const server = await few(`few-${most}`, limits);
+    const others = await crowd(server, 200);
+    try {
+      for (const path of ['/healthz', '/viewer/', '/viewer/index.html', '/readyz']) {
+        const { answers } = await converse(server.url, head(server, path), { patience: 10 });
+        assert.equal(answers[0]?.status, 200, `${path} with ${limits}`);
+      }
+      const { answers: [{ body }] } = await converse(server.url, head(server, '/metrics'));
+      const metrics = readMetrics(body);
+      assert.ok(metrics.get('hoodoo_http_connections') <= most + 1);
+      assert.equal(metrics.get('hoodoo_http_connections_total{result="dropped"}') > 0, most < 200);
+      assert.equal(server.stderr, '', 'nothing went wrong');
+    } finally {
+      leave(others);
+      await server.stop('SIGKILL');
+    }
   }
 });

@@ -32,13 +32,14 @@ function passesPrism({ method, body }) {
 }
 
 export class Server {
-  /** Options: data, roots [], args []. Resolves when the server says that it listens. */
-  static async start({ data, roots = [], args = [] }) {
+  /** Options: data, roots [], args [], under [], a command that is to start it. Resolves when the server says that it listens. */
+  static async start({ data, roots = [], args = [], under = [] }) {
     const server = new Server();
     const options = ['serve', '--listen', '127.0.0.1:0', '--data', data,
                      ...roots.flatMap((root) => ['--root', root]),
                      ...process.env.HOODOO_SANITIZED ? ['--job-memory', '0'] : [], ...args];
-    server.child = spawn(command, options, { stdio: ['ignore', 'pipe', 'pipe'] });
+    const [program, ...words] = [...under, command, ...options];
+    server.child = spawn(program, words, { stdio: ['ignore', 'pipe', 'pipe'] });
     server.stderr = '';
     server.child.stderr.setEncoding('utf8').on('data', (text) => { server.stderr += text; });
     server.ended = new Promise((resolve) => {

@@ -1,7 +1,10 @@
 #include "server/http/connections.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <latch>
@@ -51,6 +54,29 @@ TEST(ConnectionThreads, RefuseMoreThanTheMost) {
   held.count_down();
   threads.finish();
   EXPECT_FALSE(threads.run([] {})) << "it has finished";
+}
+
+TEST(WaitingConnections, EndInTheOrderInWhichTheyBeganToWait) {
+  std::array<std::array<int, 2>, 3> pairs;
+  for (auto& pair : pairs) ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, pair.data()), 0);
+  const auto has_ended = [&](std::size_t i) {
+    char byte = 0;
+    return ::recv(pairs.at(i)[1], &byte, 1, MSG_DONTWAIT) == 0;
+  };
+  WaitingConnections waiting;
+  {
+    const WaitingConnections::Turn first(waiting, pairs[0][0]);
+    const WaitingConnections::Turn second(waiting, pairs[1][0]);
+    { const WaitingConnections::Turn busy_now(waiting, pairs[2][0]); }
+    EXPECT_TRUE(waiting.end_oldest());
+    EXPECT_TRUE(has_ended(0));
+    EXPECT_FALSE(has_ended(1));
+    EXPECT_TRUE(waiting.end_oldest());
+    EXPECT_TRUE(has_ended(1));
+    EXPECT_FALSE(waiting.end_oldest()) << "none is left";
+  }
+  EXPECT_FALSE(has_ended(2));
+  for (const auto& pair : pairs) ::close(pair[0]), ::close(pair[1]);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "tests/server/http/few_descriptors.hpp"
 #include "tests/server/temporary_folder.hpp"
 
 using namespace hoodoo;
@@ -81,13 +82,20 @@ TEST_F(Files, GiveOneRange) {
   EXPECT_EQ(text(get(tile, "range", "bytes=-4")), "6789");
   EXPECT_EQ(text(get(tile, "range", "bytes=-40")), "0123456789");
   EXPECT_EQ(text(get(tile, "range", "bytes=8-99")), "89");
+  EXPECT_EQ(text(get(tile, "range", "Bytes=8-99999999999999999999")), "89");
 }
 TEST_F(Files, RefuseARangeThatIsNotInsideOrNotOne) {
-  for (const auto* range : {"bytes=10-", "bytes=4-2", "bytes=-0", "bytes=-", "bytes=", "bytes=a-b",
-                            "bytes=0-1,4-5", "bytes=0-0x", "bytes=99999999999999999999-"}) {
+  for (const auto* range :
+       {"bytes=10-", "bytes=-0", "bytes=0-1,4-5", "bytes=0-1, -1", "bytes=99999999999999999999-"}) {
     const auto response = get(tile, "range", range);
     EXPECT_EQ(response.status, 416) << range;
     EXPECT_EQ(response.header("Content-Range"), "bytes */10") << range;
+  }
+}
+TEST_F(Files, IgnoreWhatIsNoRangeOfBytes) {
+  for (const auto* range : {"bytes=4-2", "bytes=-", "bytes=", "bytes=a-b", "bytes=0-0x", "bytes",
+                            "bytes=0-1,a", "bytes=--1", "bytes=+1-2", "lines=0-1", "0-1"}) {
+    EXPECT_EQ(get(tile, "range", range).status, 200) << range;
   }
 }
 TEST_F(Files, IgnoreARangeOfAnotherVersion) {
@@ -108,6 +116,15 @@ TEST_F(Files, ThatAreHiddenForeignOrFoldersAreNotThere) {
   }
   EXPECT_EQ(get(std::string("tileset.json\0.glb", 17)).status, 404);
   EXPECT_EQ(get(std::string(5000, 'a') + ".json").status, 404);
+}
+TEST_F(Files, ThatCannotBeOpenedNowAreNotSaidToBeAbsent) {
+  {
+    const NoMoreDescriptors none;
+    const auto refused = get(tile);
+    EXPECT_EQ(refused.status, 503);
+    EXPECT_EQ(refused.header("Retry-After"), "1");
+  }
+  EXPECT_EQ(get(tile).status, 200);
 }
 TEST_F(Files, MayBeEmpty) {
   temporary.write("out/empty.json", "");

@@ -34,6 +34,16 @@ TEST(Head, KeepsPercentSignsFromBeingDecoded) {
   EXPECT_THAT(taken(get("X: a%0d%0ab\r\n")).text, HasSubstr("X: a%250d%250ab\r\n"));
   EXPECT_THAT(taken(get("Referer: /a%20b\r\n")).text, HasSubstr("Referer: /a%20b\r\n"));
 }
+TEST(Head, GivesTokensTheCaseThatTheyAreKnownBy) {
+  EXPECT_THAT(taken(get("connection: Close\r\nExpect: 100-Continue\r\n")).text,
+              HasSubstr("connection: close\r\nExpect: 100-continue\r\n"));
+  EXPECT_THAT(taken(get("Connection: Keep-Alive\r\n")).text, HasSubstr("Connection: Keep-Alive"));
+}
+TEST(Head, HidesRangesFromTheLibrary) {
+  EXPECT_THAT(taken(get("RANGE: bytes=0-1\r\n")).text,
+              HasSubstr("\r\nrange_within: bytes=0-1\r\n"));
+  EXPECT_EQ(refused(get("range_within: bytes=0-1\r\n")), 400);
+}
 TEST(Head, HasOneLengthOrOneCoding) {
   for (const auto* lines :
        {"Content-Length: 1\r\nContent-Length: 1\r\n", "Content-Length: 1, 1\r\n",

@@ -6,12 +6,17 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <deque>
+#include <map>
 #include <thread>
 
 #include "engine/base/error.hpp"
 #include "server/http/api.hpp"
 
 using namespace hoodoo;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
 using http::Listener;
 using http::Request;
 using http::Response;
@@ -25,7 +30,9 @@ namespace {
 /// A connection to the server under test.
 class Connection {
  public:
-  explicit Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  Connection() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {}
+  explicit Connection(int port) : Connection() { open(port); }
+  void open(int port) const {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -38,13 +45,15 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
+  /// Before it opens: bytes that the system holds for it.
+  void hold(int bytes) const { ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes); }
   void send(const std::string& text) const {
     ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
   }
   void send_no_more() const { ::shutdown(socket_, SHUT_WR); }
   /// What arrives next; empty when the server has closed.
-  std::string next() const {
-    std::string piece(4096, ' ');
+  std::string next(std::size_t most = 4096) const {
+    std::string piece(most, ' ');
     const auto got = ::recv(socket_, piece.data(), piece.size(), 0);
     piece.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
     return piece;
@@ -91,6 +100,25 @@ Response echo(const Request& request) {
     };
     return response;
   }
+  if (request.path == "/large") {
+    response.type = "text/plain";
+    response.body.assign(32u << 20, 'x');
+    return response;
+  }
+  if (request.path == "/quiet") {
+    response.type = "text/event-stream";
+    response.more = [until = Clock::now() + 13s,
+                     rest = std::deque<std::string>{"first", "last"}]() mutable {
+      std::optional<std::string> piece = "";
+      if (rest.empty()) return std::optional<std::string>();
+      if (rest.size() == 1 && Clock::now() < until) return piece;
+      piece = rest.front();
+      rest.pop_front();
+      return piece;
+    };
+    return response;
+  }
+  if (request.path == "/file") response.headers = {{"Accept-Ranges", "bytes"}};
   if (request.path == "/none") {
     response.status = 304;
     return response;
@@ -107,7 +135,11 @@ class Listening : public testing::Test {
 
   std::string send(const std::string& text) const { return converse(listener.port(), text); }
 
-  const http::Service service{echo, [](const Request& head) { return head.path == "/taken"; }};
+  const http::Service service{echo, [](const Request& head) { return head.path == "/taken"; },
+                              [](const Request& refused, Response& answer, Clock::time_point) {
+                                answer.headers.emplace_back(
+                                    "X-Noted", refused.method + refused.path + refused.peer);
+                              }};
   Listener listener{"127.0.0.1", 0};
   std::jthread thread;
 };
@@ -122,6 +154,9 @@ TEST_F(Listening, LeavesRangesToTheHandler) {
   const auto answer = send(request("GET /", "Range: bytes=0-0\r\n"));
   EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(answer, HasSubstr("GET / bytes=0-0 0"));
+  EXPECT_THAT(send(request("GET /", "Range: bytes=abc\r\n")), HasSubstr("GET / bytes=abc 0"));
+  const auto posted = send(request("POST /", "Range: bytes=9-1\r\nContent-Length: 1\r\n", "x"));
+  EXPECT_THAT(posted, AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("POST /  1")));
 }
 TEST_F(Listening, GivesBodiesWhole) {
   EXPECT_THAT(send(request("POST /", "Content-Length: 3\r\n", "abc")), HasSubstr("POST /  3"));
@@ -176,6 +211,8 @@ TEST_F(Listening, RefusesForms) {
   const auto form = "Content-Type: multipart/form-data; boundary=x\r\nContent-Length: 3\r\n";
   EXPECT_THAT(send(request("POST /", form, "abc")), StartsWith("HTTP/1.1 415"));
   EXPECT_THAT(send(request("PUT /taken", form, "abc")), StartsWith("HTTP/1.1 415"));
+  const auto shouted = "Content-Type: Multipart/Form-Data; boundary=x\r\nContent-Length: 3\r\n";
+  EXPECT_THAT(send(request("POST /", shouted, "abc")), StartsWith("HTTP/1.1 415"));
 }
 TEST_F(Listening, RefusesWhatIsNoRequest) {
   EXPECT_THAT(send("nonsense\r\n\r\n"), StartsWith("HTTP/1.1 400"));
@@ -184,10 +221,58 @@ TEST_F(Listening, RefusesWhatIsNoRequest) {
   EXPECT_THAT(smuggled, StartsWith("HTTP/1.1 400"));
   EXPECT_THAT(smuggled, HasSubstr("application/problem+json"));
 }
+TEST_F(Listening, CutsOffWhoReadsTooSlowlyAndNobodyElse) {
+  const auto begun = Clock::now();
+  const auto reads = [&](int held, std::size_t most, Clock::duration pause, Clock::duration end) {
+    const Connection connection;
+    connection.hold(held);
+    connection.open(listener.port());
+    connection.send(request("GET /large"));
+    bool open = true;
+    while (open && Clock::now() < begun + end) {
+      std::this_thread::sleep_for(pause);
+      open = !connection.next(most).empty();
+    }
+    return open;
+  };
+  std::string quiet;
+  bool steady = false;
+  {
+    const std::jthread says_little([&] {
+      const Connection connection(listener.port());
+      connection.send(request("GET /quiet"));
+      for (std::string piece; !(piece = connection.next()).empty();) quiet += piece;
+    });
+    const std::jthread reads_on([&] { steady = reads(65536, 32768, 250ms, 16s); });
+    EXPECT_FALSE(reads(4096, 4096, 2s, 40s)) << "2 KiB/s for 40 s";
+  }
+  EXPECT_TRUE(steady) << "at most 128 KiB/s";
+  EXPECT_THAT(quiet, AllOf(HasSubstr("first"), HasSubstr("last")));
+  EXPECT_EQ(listener.connections().slow, 1U);
+}
+TEST_F(Listening, TellsOfWhatItRefusesByItself) {
+  EXPECT_THAT(send(request("GET /a")), Not(HasSubstr("X-Noted")));
+  for (const auto& [head, noted] : std::map<std::string, std::string>{
+           {request("TRACE /a?b"), "TRACE/a127.0.0.1"},
+           {"nonsense\r\n\r\n", "nonsense127.0.0.1"},
+           {request("POST /a"), "POST/a127.0.0.1"},
+           {request("POST /a", "Content-Length: 3\r\n", "x"), "POST/a127.0.0.1"},
+           {request("PUT /taken", "Expect: 100-continue\r\nContent-Encoding: gzip\r\n"),
+            "PUT/taken127.0.0.1"},
+           {request("GET /a", "Accept: a/b;q=high\r\n"), "GET/a127.0.0.1"},
+           {request("GET /throw"), "GET/throw127.0.0.1"}}) {
+    EXPECT_THAT(send(head), HasSubstr("X-Noted: " + noted + "\r\n")) << head;
+  }
+}
 TEST_F(Listening, SaysNothingOfWhatWentWrongInside) {
   const auto answer = send(request("GET /throw"));
   EXPECT_THAT(answer, StartsWith("HTTP/1.1 500"));
   EXPECT_THAT(answer, Not(HasSubstr("secret")));
+}
+TEST_F(Listening, SaysThatRangesAreServedOnlyWhereTheyAre) {
+  EXPECT_THAT(send(request("HEAD /")), Not(HasSubstr("Accept-Ranges")));
+  EXPECT_THAT(send(request("GET /")), Not(HasSubstr("Accept-Ranges")));
+  EXPECT_THAT(send(request("HEAD /file")), HasSubstr("Accept-Ranges: bytes"));
 }
 TEST_F(Listening, MeasuresNoContentWhereThereIsNone) {
   EXPECT_THAT(send(request("GET /none")), Not(HasSubstr("Content-Length")));
@@ -206,7 +291,7 @@ TEST(Listener, MayBeStoppedBeforeItRuns) {
   Listener listener("127.0.0.1", 0);
   std::stop_source stop;
   stop.request_stop();
-  listener.run({echo, {}}, stop.get_token());
+  listener.run({echo, {}, {}}, stop.get_token());
 }
 TEST(Listener, RefusesAnAddressThatIsNotItsOwn) { EXPECT_THROW(Listener("192.0.2.1", 0), Error); }
 

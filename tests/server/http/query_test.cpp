@@ -74,6 +74,19 @@ TEST(Preferences, OfARequestAreUnderstood) {
   EXPECT_EQ(http::preferences_of(request).wait, 20);
   request.headers["prefer"] = "wait=100000";
   EXPECT_EQ(http::preferences_of(request).wait, http::most_wait);
+  for (const auto* wait : {"wait=4294967296", "wait=99999999999999999999", "WAIT = \"61\""}) {
+    request.headers["prefer"] = wait;
+    EXPECT_EQ(http::preferences_of(request).wait, http::most_wait) << wait;
+  }
+  request.headers["prefer"] = "Respond-Async, Wait=20";
+  EXPECT_TRUE(http::preferences_of(request).respond_async);
+  EXPECT_EQ(http::preferences_of(request).wait, 20);
+  for (const auto* other :
+       {"wait=-1", "wait=+1", "wait", "wait=", "waits=20", "respond-asynchronously"}) {
+    request.headers["prefer"] = other;
+    EXPECT_EQ(http::preferences_of(request).wait, 0) << other;
+    EXPECT_FALSE(http::preferences_of(request).respond_async) << other;
+  }
   request.headers["prefer"] = "wait=soon";
   EXPECT_EQ(http::preferences_of(request).wait, 0);
 }
