@@ -85,6 +85,13 @@ json refusal(const char* description) {
   return problem;
 }
 
+/// One that may be sent again some time later.
+json busy(const char* description) {
+  auto answer = refusal(description);
+  answer["headers"]["Retry-After"] = {{"description", "Seconds"}, {"schema", text}};
+  return answer;
+}
+
 /// A request that this service makes: to `member` of the subscriber.
 json callback(const char* id, const std::string& member, const char* summary, const char* schema) {
   const auto header = [](const char* name, const char* description) {
@@ -125,8 +132,8 @@ json execution() {
   post["responses"]["201"]["headers"]["Location"] = {{"schema", text}};
   auto& responses = post["responses"];
   responses["403"] = refusal("The key has no space left for results, or not this scope");
-  responses["429"] = refusal("As many jobs of the key wait or run as may");
-  responses["429"]["headers"]["Retry-After"] = {{"schema", text}};
+  responses["429"] = busy("As many jobs of the key wait or run as may");
+  responses["503"] = busy("As many jobs of all wait as may, or the server is about to stop");
   responses["507"] = refusal("The disk is nearly full");
   post["callbacks"] = {
       {"inProgress", callback("tellProgress", "inProgressUri", "The job has begun", "statusInfo")},
@@ -247,6 +254,8 @@ json uploads() {
       {tus_version(), required_header("Upload-Length", "How many bytes will come", bytes),
        parameter("Upload-Metadata", "header",
                  "Pairs of a key and Base64; sha256: the digest that is to come out", text)});
+  path["post"]["responses"]["429"] = busy("As many uploads of the key are under way as may");
+  path["post"]["responses"]["503"] = busy("As many uploads of all are under way as may");
   path["post"]["security"] = key_or_none();
   return path;
 }

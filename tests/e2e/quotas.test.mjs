@@ -98,6 +98,28 @@ test('A key has so much space for its assets and results', async () => {
   }
 });
 
+test('A key has so many uploads under way, and finished ones do not count', async () => {
+  const server = await start('uploads');
+  const create = (who, length) => server.ask('/uploads', {
+    method: 'POST', headers: { 'tus-resumable': '1.0.0', 'upload-length': String(length), ...as(who) },
+  });
+  try {
+    const made = [];
+    for (let n = 0; n < 20; ++n) assert.equal((await create('free', 0)).status, 201);   // finished at once
+    for (let n = 0; n < 100; ++n) made.push(await create('free', 1));
+    assert.ok(made.every(({ status }) => status === 201));
+    const refused = await create('free', 1);
+    assert.deepEqual([refused.status, refused.headers.get('retry-after')], [429, '60']);
+    assert.match((await refused.json()).detail, /You have 100 uploads under way/);
+    assert.equal((await create('few', 1)).status, 201, 'the limit is of one key');
+    const path = new URL(made[0].headers.get('location')).pathname;
+    assert.equal((await server.ask(path, { method: 'DELETE', headers: { 'tus-resumable': '1.0.0', ...as('free') } })).status, 204);
+    assert.equal((await create('free', 1)).status, 201);
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
 test('A bake of too many tiles, or of too large a world, fails before its first tile', async () => {
   const server = await start('bakes');
   try {
