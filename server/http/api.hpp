@@ -131,6 +131,7 @@ class Api {
   std::variant<asset::Upload, Response> upload_of(const Request& request,
                                                   std::string_view id) const;
   nlohmann::json info(const job::Job& job) const;
+  nlohmann::json results_of(job::Job job) const;
   std::vector<Problem> visible(const job::Job& job) const;
   Response unfinished(const job::Job& job) const;
 

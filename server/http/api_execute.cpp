@@ -32,6 +32,18 @@ Response outputs(const char* name, json value, bool raw) {
   return document(value);
 }
 
+/// What a job echoes is kept with it.
+std::optional<Response> echo_refusal(const job::Request& wanted, bool async) {
+  if (!async || wanted.process != echo_process) return std::nullopt;
+  const auto size =
+      wanted.inputs.at("echo").dump(-1, ' ', false, json::error_handler_t::replace).size();
+  if (size <= most_kept) return std::nullopt;
+  return problem(413, "The request cannot be taken.",
+                 {{"/inputs/echo", fmt::format("must be of at most {} bytes as JSON in a job, got "
+                                               "{}; without respond-async it may be larger",
+                                               most_kept, size)}});
+}
+
 bool is_baked(const std::optional<job::Job>& job) {
   return job && job->status == job::Status::successful && job->process == job::bake_process;
 }
@@ -83,6 +95,7 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   const bool async = control->async && (!control->sync || preferences_of(request).respond_async);
   auto& wanted = execution.request;
   if (auto refused = callback_refusal(wanted.subscriber, async)) return std::move(*refused);
+  if (auto refused = echo_refusal(wanted, async)) return std::move(*refused);
   wanted.quota = quota_of(request);
   if (async) return submit(wanted);
   if (wanted.process == validate_process) return validate(wanted, execution.raw);

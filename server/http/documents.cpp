@@ -199,7 +199,10 @@ json results(const job::Job& job, const std::vector<std::string>& files, const s
             {"manifest", reference(self + "/tiles/bake.json", plain)},
             {"report", reference(self + "/results/report", plain)}};
   }
-  if (job.process == echo_process) return {{"echo", job.outcome.report.at("echo")}};
+  if (job.process == echo_process) {
+    if (!job.outcome.report) throw Error(Fault::not_found, "", "the job is gone");
+    return {{"echo", job.outcome.report->at("echo")}};
+  }
   json all{{"report", reference(self + "/results/report", plain)}};
   for (const auto& file : files) {
     const std::filesystem::path name(file);
@@ -210,7 +213,10 @@ json results(const job::Job& job, const std::vector<std::string>& files, const s
 }
 
 json report(const job::Job& job) {
-  if (job.process != job::bake_process) return job.outcome.report;
+  if (job.process != job::bake_process) {
+    if (!job.outcome.report) throw Error(Fault::not_found, "", "the job is gone");
+    return *job.outcome.report;
+  }
   const auto& progress = job.outcome.progress;
   json report{{"engine", HOODOO_VERSION},
               {"scene", job.name},

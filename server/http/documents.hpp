@@ -27,9 +27,10 @@ nlohmann::json job_list(const std::vector<nlohmann::json>& jobs, const std::stri
 nlohmann::json tileset_list(const std::vector<std::string>& names, const std::string& base);
 
 /// The outputs of a job by reference: {name: {"href", "type"}}. Where a process gives files only
-/// when they are asked for, `files` says which there are.
+/// when they are asked for, `files` says which there are. Of echo the value, from the job's report.
 nlohmann::json results(const job::Job& job, const std::vector<std::string>& files,
                        const std::string& base);
+/// Of a job with its report.
 nlohmann::json report(const job::Job& job);
 /// Names of the files that a job has made in its folder of results, beside a tileset.
 std::vector<std::string> result_files(const job::Job& job, const std::filesystem::path& folder);

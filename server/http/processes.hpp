@@ -12,6 +12,7 @@ inline constexpr std::string_view echo_process = "echo";
 inline constexpr std::string_view validate_process = "validate-scene";
 inline constexpr double most_pause = 10;               // [s] of echo
 inline constexpr std::size_t most_paused = 64u << 10;  // [bytes] of a body that echo waits with
+inline constexpr std::size_t most_kept = 64u << 10;    // [bytes] of what a job echoes, as JSON
 
 /// How a process may be carried out.
 struct Control {

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <csignal>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
@@ -135,7 +136,7 @@ Outcome finished(json report) {
   outcome.progress.phase = bake::Progress::Phase::done;
   outcome.progress.ingest = 1;
   outcome.complete = true;
-  outcome.report = std::move(report);
+  outcome.report = std::make_shared<const json>(std::move(report));
   return outcome;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -59,7 +60,9 @@ struct Outcome {
   bake::Progress progress;
   std::vector<std::string> warnings;  // oddities of the scene and the bake
   bool complete = false;              // every planned tile is there
-  nlohmann::json report;              // of processes that are no bake; else null
+  /// Of processes that are no bake; else null. May be large: what finds or lists jobs that have
+  /// ended leaves it out, see Queue::report.
+  std::shared_ptr<const nlohmann::json> report;
 };
 
 /// What is known of one job.

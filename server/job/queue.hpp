@@ -97,6 +97,8 @@ class Queue {
   std::optional<Job> find(std::string_view id) const;
   std::vector<Job> list(const Filter& filter) const;
   std::size_t count(Status status) const;
+  /// What a job that has ended well tells of itself; null where there is nothing.
+  std::shared_ptr<const nlohmann::json> report(std::string_view id) const;
   /// The next request would be refused.
   bool is_full() const;
 

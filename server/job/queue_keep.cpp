@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "engine/base/file.hpp"
+#include "engine/base/json.hpp"
 #include "server/asset/assets.hpp"
 #include "server/job/queue.hpp"
 
@@ -154,6 +155,23 @@ Told Queue::told() const {
   auto told = told_;
   told.pending = store_->count_deliveries();
   return told;
+}
+
+std::shared_ptr<const nlohmann::json> Queue::report(std::string_view id) const {
+  std::string text;
+  {
+    const std::lock_guard guard(mutex_);
+    const auto live = running_.find(id);
+    if (live != running_.end()) return live->second->job.outcome.report;
+    text = store_->report(id);
+  }
+  // Apart from the lock, since it may take its time.
+  if (text.empty()) return nullptr;
+  try {
+    return std::make_shared<const nlohmann::json>(parse_json(text, "the report of a job"));
+  } catch (const Error& error) {
+    throw Error(Fault::internal, std::string(id), error.what());
+  }
 }
 
 std::uint64_t Queue::bytes_of(std::string_view owner) const {

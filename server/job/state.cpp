@@ -67,7 +67,6 @@ void read_into(const json& value, Job& job) {
   value.at("warnings").get_to(outcome.warnings);
   value.at("complete").get_to(outcome.complete);
   outcome.progress = progress_from(value.at("progress"));
-  outcome.report = value.at("report");
   if (value.contains("fault")) job.fault = fault_of(value["fault"].get<std::string>());
   for (const auto& problem : value.at("problems")) {
     job.problems.push_back(
@@ -120,7 +119,6 @@ std::string to_text(const Job& job) {
   json value{{"warnings", job.outcome.warnings},
              {"complete", job.outcome.complete},
              {"progress", to_json(job.outcome.progress)},
-             {"report", job.outcome.report},
              {"problems", problems}};
   if (job.fault) value["fault"] = name_of(*job.fault);
   if (!job.subscriber.empty()) value["subscriber"] = to_json(job.subscriber);

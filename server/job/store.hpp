@@ -49,6 +49,7 @@ class Store {
   /// Every job that ran waits again: for when the store is opened.
   void interrupt_all();
 
+  /// Without their reports, as all that gives jobs.
   std::optional<Job> find(std::string_view id) const;
   std::optional<Job> find_key(std::string_view owner, std::string_view key) const;
   /// Of the jobs that wait, the first of the highest priority.
@@ -56,6 +57,8 @@ class Store {
   /// Newest first. `now` is when a job that runs is as old as it is.
   std::vector<Job> list(const Filter& filter, Time now) const;
   std::size_t count(Status status, std::optional<std::string_view> owner = {}) const;
+  /// As JSON; empty where there is none.
+  std::string report(std::string_view id) const;
 
   /// Of the callbacks that are owed, the one that is due first.
   std::optional<Delivery> first_delivery() const;
@@ -65,7 +68,8 @@ class Store {
   /// Nothing is owed any more: for this job, or for all.
   void drop_deliveries(std::optional<std::string_view> job = {});
 
-  /// What the folders of jobs take on the disk, once they have ended and been counted.
+  /// What the folders of jobs take on the disk, once they have ended and been counted; their
+  /// reports are added to it.
   void set_bytes(std::string_view job, std::uint64_t bytes);
   std::vector<std::string> uncounted() const;  // jobs that have ended
   /// All that is known of one owner's: jobs that were counted, and assets.

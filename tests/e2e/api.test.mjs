@@ -92,6 +92,18 @@ test('echo gives back any JSON, at once or as a job', async () => {
   assert.ok(performance.now() - start >= 300);
 });
 
+test('What a job echoes is kept, and so it is not large', async () => {
+  const async = { prefer: 'respond-async' }, room = 64 * 1024 - 2;
+  const id = await finished('echo', { echo: 'x'.repeat(room) }, {}, async);
+  assert.deepEqual(await get(`/jobs/${id}/results/echo`), 'x'.repeat(room));
+  const refusal = await execute('echo', { inputs: { echo: 'x'.repeat(room + 1) } }, async);
+  assert.equal(refusal.status, 413);
+  assert.deepEqual((await refusal.json()).errors,
+                   [{ pointer: '/inputs/echo', detail: 'must be of at most 65536 bytes as JSON in a job, got 65537; without respond-async it may be larger' }]);
+  assert.equal((await execute('echo', { inputs: { echo: 'x'.repeat(room + 1) } })).status, 200);
+  await ask(`/jobs/${id}`, { method: 'DELETE' });
+});
+
 test('An execution that is none is refused with every pointer', async () => {
   await refused('echo', {}, '/inputs');
   await refused('echo', { inputs: [] }, '/inputs');

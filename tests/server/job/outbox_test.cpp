@@ -163,11 +163,12 @@ TEST_F(Outbox, TakesUpTheDataOfAnEarlierRelease) {
   queue.reset();
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open((folder.path / "data/jobs.db").c_str(), &database), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(database,
-                         "DROP TABLE deliveries; DROP TABLE uses; DROP TABLE assets; "
-                         "ALTER TABLE jobs DROP COLUMN bytes; PRAGMA user_version = 1;",
-                         nullptr, nullptr, nullptr),
-            SQLITE_OK);
+  ASSERT_EQ(
+      sqlite3_exec(database,
+                   "DROP TABLE deliveries; DROP TABLE uses; DROP TABLE assets; DROP TABLE reports; "
+                   "ALTER TABLE jobs DROP COLUMN bytes; PRAGMA user_version = 1;",
+                   nullptr, nullptr, nullptr),
+      SQLITE_OK);
   sqlite3_close(database);
   open([](const auto&) { return finished(); });
   wait_for(*queue, id, Status::successful);

@@ -60,6 +60,31 @@ TEST(Queue, RefusesASceneWithAllItsProblemsAndKeepsNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path / "data/checks"));
 }
 
+TEST(Queue, GivesTheReportsOfJobsApart) {
+  const TemporaryFolder folder;
+  const auto large = std::string(1 << 20, 'x');
+  const auto run = [&](const job::Work& work) {
+    auto outcome = finished();
+    outcome.report = std::make_shared<const nlohmann::json>(
+        nlohmann::json{{"text", large + work.inputs.at("which").get<std::string>()}});
+    return outcome;
+  };
+  std::vector<std::string> ids;
+  {
+    Queue queue(settings_in(folder), engine_of(run));
+    for (const auto* which : {"a", "b", "c"}) {
+      ids.push_back(queue.submit({"diff-tilesets", {{"which", which}}, 0, "", ""}).job.id);
+    }
+    for (const auto& id : ids) wait_for(queue, id, Status::successful);
+    EXPECT_EQ(queue.report(ids[1])->at("text"), large + "b");
+  }
+  Queue queue(settings_in(folder), engine_of(run));
+  for (const auto& job : all(queue)) EXPECT_EQ(job.outcome.report, nullptr);
+  EXPECT_EQ(queue.find(ids[2])->outcome.report, nullptr);
+  EXPECT_EQ(queue.report(ids[2])->at("text"), large + "c");
+  EXPECT_EQ(queue.report(std::string(32, '0')), nullptr);
+}
+
 TEST(Queue, BakesOneJobAtATimeInTheOrderOfSubmission) {
   const TemporaryFolder folder;
   std::atomic<int> at_once = 0, most = 0;

@@ -18,7 +18,6 @@ TEST(JobState, ComesBackAsItWas) {
   job.outcome.progress.phase = bake::Progress::Phase::tiles;
   job.outcome.progress.done = 3;
   job.outcome.progress.bytes = std::uint64_t{1} << 33;
-  job.outcome.report = {{"sinks", 3}};
   job::Job back;
   back.status = Status::failed;
   job::read_text(job::to_text(job), back);
@@ -27,7 +26,6 @@ TEST(JobState, ComesBackAsItWas) {
   EXPECT_EQ(back.outcome.warnings, job.outcome.warnings);
   EXPECT_EQ(back.outcome.progress.phase, job.outcome.progress.phase);
   EXPECT_EQ(back.outcome.progress.bytes, job.outcome.progress.bytes);
-  EXPECT_EQ(back.outcome.report, job.outcome.report);
 }
 TEST(JobState, ThatIsDamagedMakesAFailedJob) {
   for (const auto* text : {"", "{", "[]", "{\"warnings\": 3}", "{\"progress\": {}}"}) {
