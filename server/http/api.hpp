@@ -40,7 +40,7 @@ struct ApiSettings {
   std::vector<std::filesystem::path> roots;  // where inputs by reference lie
   Tilesets tilesets;                         // finished ones
   std::function<nlohmann::json()> scene_schema;
-  Keys keys;                       // empty: everybody may do everything
+  KeyRing keys;                    // empty: everybody may do everything
   AllowList callbacks;             // whom they may go to; empty: there are none
   AllowList sources;               // whom elevations may be fetched from; empty: nobody
   std::function<bool()> draining;  // true: takes no jobs any more; empty: never

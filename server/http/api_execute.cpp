@@ -112,8 +112,11 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
 }
 
 job::Quota Api::quota_of(const Request& request) const {
-  const auto* key = settings_.keys.find(request.header("authorization"));
-  return key == nullptr ? job::Quota() : key->quota;
+  if (settings_.keys.empty()) return {};
+  if (const auto key = settings_.keys.find(request.header("authorization"))) return key->quota;
+  job::Quota none;  // of a key that has just been taken away
+  none.jobs = none.bytes = 0;
+  return none;
 }
 
 /// None of what a request names is asked before its job runs.
@@ -153,8 +156,12 @@ Response Api::validate(const job::Request& wanted, bool raw) {
   for (const auto& one : shown(Fault::bad_input, found, settings_.hidden)) {
     problems.push_back({{"pointer", one.where}, {"detail", one.what}});
   }
-  if (raw) return document(problems);
-  return document({{"valid", problems.empty()}, {"problems", problems}});
+  const json all{{"valid", problems.empty()}, {"problems", problems}};
+  const auto& names = wanted.outputs;
+  if (raw) return document(all.at(names.size() == 1 ? names.front() : "problems"));
+  json asked = json::object();
+  for (const auto& name : names) asked[name] = all.at(name);
+  return document(names.empty() ? all : asked);
 }
 
 Response Api::submit(const job::Request& wanted) {

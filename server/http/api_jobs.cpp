@@ -45,7 +45,7 @@ Response Api::jobs(const Request& request, const Parameters&) {
     query = parse_query(request.query);
     filter = filter_of(query);
   } catch (const Error& error) {
-    return problem(400, "The parameters are wrong.", error.problems);
+    return problem(400, "The parameters are wrong.", in_query(error.problems));
   }
   if (!request.all_owners) filter.owner = request.owner;
   const auto limit = filter.limit++;  // one more tells whether there is a next page

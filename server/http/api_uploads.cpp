@@ -116,7 +116,7 @@ Response Api::create_upload(const Request& request, const Parameters&) {
   try {
     wanted = tus::wanted_digest(request.header("upload-metadata"));
   } catch (const Error& error) {
-    return problem(400, "The headers are wrong.", error.problems);
+    return problem(400, "The headers are wrong.", in_headers(error.problems));
   }
   if (auto refused = space_refusal(request, *length)) return std::move(*refused);
   auto created = uploads_.create(*length, wanted, request.owner);
@@ -159,7 +159,7 @@ Response Api::add_to_upload(const Request& request, const Parameters& parameters
   try {
     part.checksum = tus::checksum(request.header("upload-checksum"));
   } catch (const Error& error) {
-    return problem(400, "The headers are wrong.", error.problems);
+    return problem(400, "The headers are wrong.", in_headers(error.problems));
   }
   if (part.offset != upload.offset) return wrong_offset(upload.offset);
   if (part.length > upload.length - part.offset) {

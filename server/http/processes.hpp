@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// What the service can do, in the words of OGC API - Processes 1.0 (OGC 18-062r2).
 namespace hoodoo::http {
@@ -20,6 +21,9 @@ struct Control {
 };
 /// None when there is no such process.
 std::optional<Control> control_of(std::string_view process);
+
+/// Names of the outputs of a process, which must be one.
+std::vector<std::string> output_names(std::string_view process);
 
 nlohmann::json process_list(const std::string& base);
 /// The process must be one.

@@ -158,17 +158,18 @@ Outcome analyze(const Commands& commands, const Work& work) {
 }
 
 Outcome diff(const Commands& commands, const Work& work) {
-  const auto page = work.folder / "out" / "diff.html";
-  std::filesystem::create_directories(page.parent_path());
-  const Arguments arguments{commands.program,
-                            "--json",
-                            "diff",
-                            work.inputs.at("first").get<std::string>(),
-                            work.inputs.at("second").get<std::string>(),
-                            "--tolerance",
-                            fmt::format("{}", work.inputs.at("tolerance").get<double>()),
-                            "--html",
-                            page.string()};
+  Arguments arguments{commands.program,
+                      "--json",
+                      "diff",
+                      work.inputs.at("first").get<std::string>(),
+                      work.inputs.at("second").get<std::string>(),
+                      "--tolerance",
+                      fmt::format("{}", work.inputs.at("tolerance").get<double>())};
+  if (work.inputs.value("page", true)) {
+    const auto page = work.folder / "out" / "diff.html";
+    std::filesystem::create_directories(page.parent_path());
+    arguments.insert(arguments.end(), {"--html", page.string()});
+  }
   constexpr int different = 1;
   return finished(report_of(run_on(commands, arguments, work), different));
 }

@@ -52,7 +52,8 @@ struct Request {
   std::string owner;      // whose it is; empty where nobody has a name
   std::string key;        // two requests of one owner with one key are one; empty: none
   Subscriber subscriber{};
-  Quota quota{};  // of the owner
+  Quota quota{};                       // of the owner
+  std::vector<std::string> outputs{};  // names of those that are wanted; empty: all
 };
 
 /// What a job has made.
@@ -74,11 +75,13 @@ struct Job {
   std::string owner, key;
   std::string fingerprint;  // of the request that `key` came with
   int priority = 0;
-  std::string name;  // of the scene
+  std::string name;                  // of the scene
+  std::vector<std::string> outputs;  // as of the request
   Subscriber subscriber;
   Bounds bounds;
   Time created{}, updated{};  // `updated` grows with every change that can be seen
   std::optional<Time> started, finished;
+  std::optional<std::uint64_t> seconds_left;  // an estimate, while its tiles are baked
   Outcome outcome;
   std::optional<Fault> fault;     // why it failed
   std::vector<Problem> problems;  // empty unless it failed
@@ -86,6 +89,11 @@ struct Job {
 
 inline bool has_ended(Status status) {
   return status != Status::accepted && status != Status::running;
+}
+
+/// Whether what came with a job's key is that job when it comes again, and no new one.
+inline bool holds_key(Status status) {
+  return status != Status::failed && status != Status::dismissed;
 }
 
 inline Time now() {

@@ -175,6 +175,14 @@ Store::~Store() = default;
 
 bool Store::insert(Job& job, const std::vector<std::string>& assets) {
   Transaction transaction(*database_);
+  if (!job.key.empty()) {
+    Statement(*database_,
+              "UPDATE jobs SET key = NULL WHERE owner = ? AND key = ? AND status IN ('failed', "
+              "'dismissed')")
+        .bind(job.owner)
+        .bind(job.key)
+        .step();
+  }
   Statement row(*database_,
                 "INSERT INTO jobs (id, status, process, owner, key, fingerprint, priority, name, "
                 "created, updated, started, finished, state) VALUES " +

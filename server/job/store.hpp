@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,7 +40,8 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  /// Gives the job its serial. False, and nothing is kept, when its owner used its key before.
+  /// Gives the job its serial. False, and nothing is kept, when its owner used its key before; a
+  /// job that has failed or was dismissed holds its key no more.
   /// `assets` are those that it names.
   bool insert(Job& job, const std::vector<std::string>& assets = {});
   /// With the callback that is owed for the change, if any. One event of a job is owed once; a job
@@ -60,8 +62,8 @@ class Store {
   /// As JSON; empty where there is none.
   std::string report(std::string_view id) const;
 
-  /// Of the callbacks that are owed, the one that is due first.
-  std::optional<Delivery> first_delivery() const;
+  /// Of the callbacks that are owed to other hosts than these, the one that is due first.
+  std::optional<Delivery> first_delivery(const std::set<std::string>& left_out = {}) const;
   std::size_t count_deliveries() const;
   /// One more try: due again then, or settled.
   void tried(const Delivery& delivery, std::optional<Time> again);

@@ -152,6 +152,34 @@ test('The command has these limits too', async () => {
   assert.equal((await bake('--most-tiles', '0')).code, 2);
 });
 
+test('Keys come and go without a restart, and a damaged file changes nothing', async () => {
+  const file = join(work, 'changing.json');
+  const old = await makeKey(file, 'artist');
+  const server = await Server.start({ data: join(work, 'changing'), args: ['--keys', file] });
+  const ask = async (key) => (await server.fetch('/jobs', { headers: { authorization: `Bearer ${key}` } })).status;
+  const until = async (key, status) => {
+    for (const end = Date.now() + 60_000; await ask(key) !== status; await sleep(100)) assert.ok(Date.now() < end, `it is not ${status}`);
+  };
+  try {
+    assert.equal(await ask(old), 200);
+    const other = await makeKey(file, 'artist');   // in its place
+    await until(other, 200);
+    assert.equal(await ask(old), 401);
+    await writeFile(file, '{"keys": [');
+    for (const end = Date.now() + 60_000; !server.stderr.includes('those of before are kept'); await sleep(100)) {
+      assert.ok(Date.now() < end, 'the damage is not logged');
+      assert.equal(await ask(other), 200);
+    }
+    assert.match(server.stderr, /changing\.json: is no JSON/);
+    assert.equal(await ask(other), 200);
+    await writeFile(file, '{"keys": []}');   // no key at all would let everybody in
+    await sleep(1500);
+    assert.deepEqual([await ask(other), await ask('hoodoo_0')], [200, 401]);
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
 test('A file of keys tells what is wrong with a limit', async () => {
   const file = join(work, 'wrong.json');
   const entry = { name: 'a', sha256: '0'.repeat(64), scopes: ['read'] };

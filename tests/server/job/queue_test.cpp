@@ -60,6 +60,25 @@ TEST(Queue, RefusesASceneWithAllItsProblemsAndKeepsNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path / "data/checks"));
 }
 
+TEST(Queue, FreesTheKeyOfAJobThatFailedOrWasDismissed) {
+  const TemporaryFolder folder;
+  Queue queue(settings_in(folder), engine_of([](const job::Work& work) -> job::Outcome {
+                if (work.inputs.at("fails").get<bool>()) throw Error(Fault::limit, "", "too much");
+                return until_stopped(work);
+              }));
+  job::Request request{"echo", {{"fails", true}}, 0, "ann", "k"};
+  const auto first = queue.submit(request).job.id;
+  wait_for(queue, first, Status::failed);
+  request.inputs = {{"fails", false}};
+  const auto second = queue.submit(request);
+  ASSERT_EQ(second.kind, Kind::taken);
+  EXPECT_NE(second.job.id, first);
+  EXPECT_EQ(queue.submit(request).job.id, second.job.id);
+  queue.dismiss(second.job.id);
+  EXPECT_EQ(queue.submit(request).kind, Kind::taken);
+  EXPECT_TRUE(queue.find(first)) << "it is kept";
+}
+
 TEST(Queue, GivesTheReportsOfJobsApart) {
   const TemporaryFolder folder;
   const auto large = std::string(1 << 20, 'x');
