@@ -230,8 +230,9 @@ test('The list of jobs is paged, and filtered', async () => {
   }
   const problems = async (query) => (await get(`/jobs?${query}`)).errors.map(({ detail, ...place }) => place);
   assert.deepEqual(await problems('limit=0&datetime=soon'), [{ parameter: 'datetime' }, { parameter: 'limit' }]);
-  assert.deepEqual(await problems('limit=%zz'), [{}]);
-  assert.equal((await some('limit=20000')).length, all.length, 'as many as there may be');
+  const odd = await (await fetch(`${server.url}/jobs?limit=%zz`)).json();   // by way of a proxy it is encoded anew
+  assert.deepEqual(odd.errors, [{ detail: 'is not encoded as a URL is' }]);
+  assert.equal((await get('/jobs?limit=20000')).jobs.length, all.length, 'as many as there may be');
 });
 
 test('A document that has not changed is not sent again', async () => {
