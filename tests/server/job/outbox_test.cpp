@@ -113,7 +113,9 @@ TEST_F(Outbox, TriesAgainAfterGrowingPausesAndGivesUp) {
   auto before = job::now();
   for (int tries = 0; tries < job::most_tries; ++tries) {
     const auto delivery = next().value();
-    if (tries == 1) EXPECT_GE(job::now() - before, milliseconds(40));
+    if (tries == 1) {
+      EXPECT_GE(job::now() - before, milliseconds(40));
+    }
     EXPECT_EQ(delivery.tries, tries);
     EXPECT_EQ(delivery.event, Event::success);
     before = job::now();
