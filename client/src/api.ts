@@ -503,15 +503,25 @@ export interface components {
         };
         error: {
             detail: string;
-            pointer: string;
+            header?: string;
+            /** @description Of the query */
+            parameter?: string;
+            /** @description A JSON Pointer into the scene or the body */
+            pointer?: string;
         };
         execute: {
             inputs: Record<string, never>;
+            /** @description Those that are wanted; all where there are none */
             outputs?: {
-                [key: string]: Record<string, never>;
+                [key: string]: {
+                    /** @enum {string} */
+                    transmissionMode?: "value" | "reference";
+                };
             };
             /** @default 0 */
             priority: number;
+            /** @description As the path says */
+            processID?: string;
             /**
              * @default document
              * @enum {string}
@@ -578,14 +588,19 @@ export interface components {
             errors?: components["schemas"]["error"][];
             /** Format: date-time */
             finished?: string;
+            id: string;
             jobID: string;
             links?: components["schemas"]["links"];
             message?: string;
             /** @enum {string} */
             phase?: "ingest" | "tiles" | "index" | "done";
             priority?: number;
-            processID?: string;
+            processID: string;
+            /** @enum {string} */
+            processingEntityType: "ogc-api-processes";
             progress?: number;
+            /** @description An estimate, while tiles are baked and once their pace is known */
+            secondsLeft?: number;
             /** Format: date-time */
             started?: string;
             status: components["schemas"]["statusCode"];
@@ -644,6 +659,8 @@ export interface operations {
             /** @description What there is */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -653,6 +670,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -701,6 +720,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -743,6 +764,8 @@ export interface operations {
             /** @description Which of some assets are there */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -752,6 +775,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1073,6 +1098,8 @@ export interface operations {
             /** @description What the service conforms to */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1082,6 +1109,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1121,6 +1150,8 @@ export interface operations {
             /** @description Whether the service lives */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1130,6 +1161,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1157,7 +1190,7 @@ export interface operations {
     getJobs: {
         parameters: {
             query?: {
-                /** @description Most jobs of a page */
+                /** @description Most jobs of a page; above 10000 it is taken as 10000 */
                 limit?: number;
                 /** @description Any of these */
                 status?: ("accepted" | "running" | "successful" | "failed" | "dismissed")[];
@@ -1186,6 +1219,8 @@ export interface operations {
             /** @description Jobs, newest first */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1195,6 +1230,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1239,6 +1276,8 @@ export interface operations {
             /** @description How far a job is */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1248,6 +1287,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1439,6 +1480,8 @@ export interface operations {
             /** @description What a job has made */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1448,6 +1491,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1492,15 +1537,28 @@ export interface operations {
             /** @description One of it */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["anything"];
                 };
             };
+            /** @description It is a file, which is there */
+            303: {
+                headers: {
+                    /** @description Where the file is */
+                    Location: string;
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1642,6 +1700,8 @@ export interface operations {
             /** @description What the service can do */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1651,6 +1711,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1693,6 +1755,8 @@ export interface operations {
             /** @description A process in full */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1702,6 +1766,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1732,7 +1798,7 @@ export interface operations {
             header?: {
                 /** @description respond-async */
                 Prefer?: string;
-                /** @description Requests of one key are one job, however often they are sent */
+                /** @description Requests of one key are one job, however often they are sent, until it has failed or been dismissed */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -1759,7 +1825,8 @@ export interface operations {
             /** @description A job was made */
             201: {
                 headers: {
-                    Location?: string;
+                    /** @description The job */
+                    Location: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1778,7 +1845,19 @@ export interface operations {
             /** @description As many jobs of the key wait or run as may */
             429: {
                 headers: {
-                    "Retry-After"?: string;
+                    /** @description How many seconds later */
+                    "Retry-After": string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+            /** @description As many jobs of all wait as may, or the server is about to stop */
+            503: {
+                headers: {
+                    /** @description How many seconds later */
+                    "Retry-After": string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1829,6 +1908,8 @@ export interface operations {
             /** @description Whether requests are wanted */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1838,6 +1919,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -1886,6 +1969,8 @@ export interface operations {
             /** @description Finished tilesets */
             200: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -1895,6 +1980,8 @@ export interface operations {
             /** @description It is as it was */
             304: {
                 headers: {
+                    /** @description Another one whenever the document is */
+                    ETag: string;
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -2008,6 +2095,28 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description As many uploads of the key are under way as may */
+            429: {
+                headers: {
+                    /** @description How many seconds later */
+                    "Retry-After": string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
+            };
+            /** @description As many uploads of all are under way as may */
+            503: {
+                headers: {
+                    /** @description How many seconds later */
+                    "Retry-After": string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["problem"];
+                };
             };
             /** @description What was wrong, by RFC 9457 */
             "4XX": {

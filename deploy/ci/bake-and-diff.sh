@@ -4,7 +4,7 @@
 #   HOODOO_URL=https://hoodoo.example HOODOO_KEY=... bake-and-diff.sh NEW.json OLD.json FOLDER
 #
 # FOLDER gets report.json and diff.html. Ends with 0 where both tilesets are the same, 1 where they differ, 2 on errors.
-# Needs curl and jq. A scene that was baked before is not baked again: its job is found by the scene's digest.
+# Needs curl and jq. A scene that was baked well before is not baked again: its job is found by the scene's digest.
 set -euo pipefail
 if [ $# -ne 3 ]; then
   sed -n 's/^# \{0,1\}//; 2,7p' "$0" >&2

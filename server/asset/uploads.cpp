@@ -93,6 +93,7 @@ void Uploads::open() {
     const auto found = records_.find(content.stem().string());
     if (found == records_.end() || found->second->upload.made) fs::remove(content);
   }
+  forget_oldest();
 }
 
 /// One that is damaged, or for which there is no space any more, is gone.
@@ -139,14 +140,49 @@ void Uploads::collect() {
   });
 }
 
-std::optional<Upload> Uploads::create(std::uint64_t length, const std::optional<Digest>& wanted,
-                                      const std::string& owner) {
+/// Of the finished ones, those beyond `most`. With the mutex held.
+void Uploads::forget_oldest() {
+  std::vector<std::pair<Time, std::string>> finished;
+  std::size_t held = 0;
+  for (const auto& [id, record] : records_) {
+    if (!record->upload.made) continue;
+    if (record->taken) {
+      ++held;
+    } else {
+      finished.emplace_back(record->upload.expires, id);
+    }
+  }
+  if (finished.size() + held <= most) return;
+  std::ranges::sort(finished);
+  finished.resize(std::min(finished.size(), finished.size() + held - most));
+  for (const auto& [time, id] : finished) {
+    forget(id);
+    records_.erase(id);
+  }
+}
+
+/// With the mutex held.
+std::optional<Uploads::Full> Uploads::full(std::string_view owner) const {
+  std::size_t all = 0, own = 0;
+  for (const auto& [id, record] : records_) {
+    if (record->upload.made) continue;
+    ++all;
+    if (record->upload.owner == owner) ++own;
+  }
+  if (!owner.empty() && own >= most_of_owner) return Full::owner;
+  if (all >= most) return Full::all;
+  return std::nullopt;
+}
+
+std::variant<Upload, Uploads::Full> Uploads::create(std::uint64_t length,
+                                                    const std::optional<Digest>& wanted,
+                                                    const std::string& owner) {
   auto record = std::make_shared<Record>();
   record->space = assets_.reserve(length);
   auto& upload = record->upload;
   upload = {random_name(), owner, length, 0, wanted, {}, now() + patience_};
   const std::lock_guard guard(mutex_);
-  if (records_.size() >= most) return std::nullopt;
+  if (const auto why = full(owner)) return *why;
   try {
     const Incoming made(data_of(upload.id), record->hash);
     save(upload);
@@ -241,6 +277,7 @@ Upload Uploads::Turn::end() {
   const std::lock_guard guard(uploads_.mutex_);
   record_->upload = upload;
   record_->space.reset();
+  uploads_.forget_oldest();
   return upload;
 }
 

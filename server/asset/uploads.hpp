@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <variant>
 
 #include "server/asset/assets.hpp"
 
@@ -32,7 +33,7 @@ struct Upload {
 ///
 /// An upload is data/uploads/ID.json and, until it has become an asset, ID.data, whose size is its
 /// offset: so it goes on after the server was killed. One that nothing was added to for a while is
-/// removed; one that is finished is remembered as long.
+/// removed; one that is finished is remembered as long, or until `most` others are.
 ///
 /// Every member may be called from any thread.
 class Uploads {
@@ -43,11 +44,14 @@ class Uploads {
   Uploads(const Uploads&) = delete;
   Uploads& operator=(const Uploads&) = delete;
 
-  static constexpr std::size_t most = 1000;  // uploads at a time
+  static constexpr std::size_t most = 1000;          // that are under way
+  static constexpr std::size_t most_of_owner = 100;  // and of one who has a name
 
-  /// None when there are too many. Errors: as Assets::reserve.
-  std::optional<Upload> create(std::uint64_t length, const std::optional<Digest>& wanted,
-                               const std::string& owner);
+  /// Why there can be no more: so many of all, or of this owner, are under way.
+  enum class Full { all, owner };
+  /// Errors: as Assets::reserve.
+  std::variant<Upload, Full> create(std::uint64_t length, const std::optional<Digest>& wanted,
+                                    const std::string& owner);
   std::optional<Upload> find(std::string_view id) const;
   /// What an owner's uploads will be that are no assets yet [bytes].
   std::uint64_t under_way(std::string_view owner) const;
@@ -87,6 +91,8 @@ class Uploads {
   void open();
   void open_one(const std::string& id);
   void collect();
+  void forget_oldest();
+  std::optional<Full> full(std::string_view owner) const;
   void save(const Upload& upload) const;
   void forget(const std::string& id) const;
   std::filesystem::path data_of(std::string_view id) const;

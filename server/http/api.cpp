@@ -259,18 +259,18 @@ Response Api::of_error(const Error& error, const std::string& request_id) const 
 /// The answer to a request without a key that this route needs. Notes whose key it has.
 std::optional<Response> Api::refusal(const Route& route, Request& request) const {
   if (settings_.keys.empty()) return std::nullopt;
-  const auto* key = settings_.keys.find(request.header("authorization"));
-  request.owner = key != nullptr ? key->name : "";
-  request.all_owners = key != nullptr && key->may(Scope::admin);
-  if (!route.needs || (key != nullptr && key->may(*route.needs))) return std::nullopt;
-  auto response = key == nullptr ? problem(401, "This needs a key: Authorization: Bearer KEY.")
-                                 : problem(403, "The key does not have the scope for this.");
+  const auto key = settings_.keys.find(request.header("authorization"));
+  request.owner = key ? key->name : "";
+  request.all_owners = key && key->may(Scope::admin);
+  if (!route.needs || (key && key->may(*route.needs))) return std::nullopt;
+  auto response = !key ? problem(401, "This needs a key: Authorization: Bearer KEY.")
+                       : problem(403, "The key does not have the scope for this.");
   response.headers.emplace_back(
       "WWW-Authenticate",
-      key == nullptr ? std::string("Bearer realm=\"hoodoo\"")
-                     : fmt::format("Bearer realm=\"hoodoo\", error=\"insufficient_scope\", "
-                                   "scope=\"{}\"",
-                                   name_of(*route.needs)));
+      !key ? std::string("Bearer realm=\"hoodoo\"")
+           : fmt::format("Bearer realm=\"hoodoo\", error=\"insufficient_scope\", "
+                         "scope=\"{}\"",
+                         name_of(*route.needs)));
   return response;
 }
 

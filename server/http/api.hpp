@@ -43,7 +43,7 @@ struct ApiSettings {
   std::vector<std::filesystem::path> roots;  // where inputs by reference lie
   Tilesets tilesets;                         // finished ones
   std::function<nlohmann::json()> scene_schema;
-  Keys keys;            // empty: everybody may do everything
+  KeyRing keys;         // empty: everybody may do everything
   AllowList callbacks;  // whom they may go to; empty: there are none
   AllowList sources;    // whom elevations may be fetched from; empty: nobody
   std::function<ConnectionCounts()> connections;  // of the listener; empty: not told
@@ -143,6 +143,7 @@ class Api {
   std::variant<asset::Upload, Response> upload_of(const Request& request,
                                                   std::string_view id) const;
   nlohmann::json info(const job::Job& job) const;
+  nlohmann::json results_of(job::Job job) const;
   std::vector<Problem> visible(const job::Job& job) const;
   Response unfinished(const job::Job& job) const;
 

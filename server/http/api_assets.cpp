@@ -59,7 +59,7 @@ Response Api::asset_list(const Request& request, const Parameters&) {
   try {
     wanted = digests_of(request.query);
   } catch (const Error& error) {
-    return problem(400, "The parameters are wrong.", error.problems);
+    return problem(400, "The parameters are wrong.", in_query(error.problems));
   }
   json found = json::array();
   for (const auto& digest : wanted) {

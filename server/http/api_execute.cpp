@@ -23,6 +23,18 @@ Response outputs(const char* name, json value, bool raw) {
   return document(value);
 }
 
+/// What a job echoes is kept with it.
+std::optional<Response> echo_refusal(const job::Request& wanted, bool async) {
+  if (!async || wanted.process != echo_process) return std::nullopt;
+  const auto size =
+      wanted.inputs.at("echo").dump(-1, ' ', false, json::error_handler_t::replace).size();
+  if (size <= most_kept) return std::nullopt;
+  return problem(413, "The request cannot be taken.",
+                 {{"/inputs/echo", fmt::format("must be of at most {} bytes as JSON in a job, got "
+                                               "{}; without respond-async it may be larger",
+                                               most_kept, size)}});
+}
+
 bool is_baked(const std::optional<job::Job>& job) {
   return job && job->status == job::Status::successful && job->process == job::bake_process;
 }
@@ -74,6 +86,7 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   const bool async = control->async && (!control->sync || preferences_of(request).respond_async);
   auto& wanted = execution.request;
   if (auto refused = callback_refusal(wanted.subscriber, async)) return std::move(*refused);
+  if (auto refused = echo_refusal(wanted, async)) return std::move(*refused);
   wanted.quota = quota_of(request);
   if (async) return submit(wanted);
   if (wanted.process == validate_process) return validate(wanted, execution.raw);
@@ -90,8 +103,11 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
 }
 
 job::Quota Api::quota_of(const Request& request) const {
-  const auto* key = settings_.keys.find(request.header("authorization"));
-  return key == nullptr ? job::Quota() : key->quota;
+  if (settings_.keys.empty()) return {};
+  if (const auto key = settings_.keys.find(request.header("authorization"))) return key->quota;
+  job::Quota none;  // of a key that has just been taken away
+  none.jobs = none.bytes = 0;
+  return none;
 }
 
 /// None of what a request names is asked before its job runs.
@@ -131,8 +147,12 @@ Response Api::validate(const job::Request& wanted, bool raw) {
   for (const auto& one : shown(Fault::bad_input, found, settings_.hidden)) {
     problems.push_back({{"pointer", one.where}, {"detail", one.what}});
   }
-  if (raw) return document(problems);
-  return document({{"valid", problems.empty()}, {"problems", problems}});
+  const json all{{"valid", problems.empty()}, {"problems", problems}};
+  const auto& names = wanted.outputs;
+  if (raw) return document(all.at(names.size() == 1 ? names.front() : "problems"));
+  json asked = json::object();
+  for (const auto& name : names) asked[name] = all.at(name);
+  return document(names.empty() ? all : asked);
 }
 
 Response Api::submit(const job::Request& wanted) {

@@ -7,6 +7,7 @@
 #include "server/http/documents.hpp"
 #include "server/http/files.hpp"
 #include "server/http/problem.hpp"
+#include "server/http/processes.hpp"
 #include "server/http/query.hpp"
 
 /// The routes of jobs.
@@ -44,7 +45,7 @@ Response Api::jobs(const Request& request, const Parameters&) {
     query = parse_query(request.query);
     filter = filter_of(query);
   } catch (const Error& error) {
-    return problem(400, "The parameters are wrong.", error.problems);
+    return problem(400, "The parameters are wrong.", in_query(error.problems));
   }
   if (!request.all_owners) filter.owner = request.owner;
   const auto limit = filter.limit++;  // one more tells whether there is a next page
@@ -138,17 +139,20 @@ Response Api::job_results(const Request&, const Parameters& parameters) {
   const auto job = queue_.find(parameters[0]);
   if (!job) return no_job();
   if (job->status != job::Status::successful) return unfinished(*job);
-  return document(results(*job, result_files(*job, queue_.results(job->id)), settings_.base));
+  return document(results_of(*job));
 }
 
 Response Api::one_result(const Request&, const Parameters& parameters) {
-  const auto job = queue_.find(parameters[0]);
+  auto job = queue_.find(parameters[0]);
   if (!job) return no_job();
   if (job->status != job::Status::successful) return unfinished(*job);
-  const auto all = results(*job, result_files(*job, queue_.results(job->id)), settings_.base);
+  const auto all = results_of(*job);
   const auto found = all.find(std::string(parameters[1]));
   if (found == all.end()) return problem(404, "There is no such result.");
-  if (parameters[1] == "report") return document(report(*job));
+  if (parameters[1] == "report") {
+    if (job->process != job::bake_process) job->outcome.report = queue_.report(job->id);
+    return document(report(*job));
+  }
   if (parameters[1] == "echo") return document(*found);
   return redirect(found->at("href").get<std::string>());
 }
@@ -172,6 +176,12 @@ Response Api::tile(const Request& request, const Parameters& parameters) {
   auto response = serve_file({queue_.results(parameters[0]), {".json", ".glb", ".subtree"}},
                              parameters[1], request);
   return response.status == 404 && !queue_.find(parameters[0]) ? no_job() : response;
+}
+
+/// Of a job that was successful.
+json Api::results_of(job::Job job) const {
+  if (job.process == echo_process) job.outcome.report = queue_.report(job.id);
+  return results(job, result_files(job, queue_.results(job.id)), settings_.base);
 }
 
 json Api::info(const job::Job& job) const { return status_info(job, visible(job), settings_.base); }

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <utility>
 
 #include "engine/base/error.hpp"
@@ -19,6 +21,17 @@ Response is_taken() {
 Response wrong_offset(std::uint64_t offset) {
   auto response = problem(409, "The upload goes on from another offset.");
   response.headers.emplace_back("Upload-Offset", std::to_string(offset));
+  return response;
+}
+
+Response is_full(asset::Uploads::Full why) {
+  using asset::Uploads;
+  auto response =
+      why == Uploads::Full::all
+          ? problem(503, "Too many uploads are under way.")
+          : problem(429, fmt::format("You have {} uploads under way, the most of a key.",
+                                     Uploads::most_of_owner));
+  response.headers.emplace_back("Retry-After", "60");
   return response;
 }
 
@@ -104,20 +117,17 @@ Response Api::create_upload(const Request& request, const Parameters&) {
   try {
     wanted = tus::wanted_digest(request.header("upload-metadata"));
   } catch (const Error& error) {
-    return problem(400, "The headers are wrong.", error.problems);
+    return problem(400, "The headers are wrong.", in_headers(error.problems));
   }
   if (auto refused = space_refusal(request, *length)) return std::move(*refused);
-  auto upload = uploads_.create(*length, wanted, request.owner);
-  if (!upload) {
-    auto refusal = problem(503, "Too many uploads are under way.");
-    refusal.headers.emplace_back("Retry-After", "60");
-    return refusal;
-  }
-  const auto turn = *length == 0 ? uploads_.take(upload->id) : nullptr;
+  auto created = uploads_.create(*length, wanted, request.owner);
+  if (const auto* full = std::get_if<asset::Uploads::Full>(&created)) return is_full(*full);
+  auto& upload = std::get<asset::Upload>(created);
+  const auto turn = *length == 0 ? uploads_.take(upload.id) : nullptr;
   if (turn) upload = turn->end();  // there is nothing to wait for
-  note_asset(*upload);
-  auto response = state(*upload, 201, settings_.base);
-  response.headers.emplace_back("Location", settings_.base + "/uploads/" + upload->id);
+  note_asset(upload);
+  auto response = state(upload, 201, settings_.base);
+  response.headers.emplace_back("Location", settings_.base + "/uploads/" + upload.id);
   return response;
 }
 
@@ -150,7 +160,7 @@ Response Api::add_to_upload(const Request& request, const Parameters& parameters
   try {
     part.checksum = tus::checksum(request.header("upload-checksum"));
   } catch (const Error& error) {
-    return problem(400, "The headers are wrong.", error.problems);
+    return problem(400, "The headers are wrong.", in_headers(error.problems));
   }
   if (part.offset != upload.offset) return wrong_offset(upload.offset);
   if (part.length > upload.length - part.offset) {

@@ -11,10 +11,16 @@
 namespace hoodoo::http {
 
 Courier::Courier(job::Queue& queue, Send send, std::chrono::milliseconds first_pause)
-    : queue_(queue),
-      send_(std::move(send)),
-      first_pause_(first_pause),
-      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+    : queue_(queue), send_(std::move(send)), first_pause_(first_pause) {
+  for (int n = 0; n < at_once; ++n) {
+    threads_.emplace_back([this](const std::stop_token& stop) { run(stop); });
+  }
+}
+
+/// All of them together, since each may take a moment.
+Courier::~Courier() {
+  for (auto& thread : threads_) thread.request_stop();
+}
 
 void Courier::run(const std::stop_token& stop) {
   std::mutex mutex;
@@ -34,7 +40,12 @@ void Courier::run(const std::stop_token& stop) {
 void Courier::deliver(const job::Delivery& delivery, const std::stop_token& stop) {
   using Try = job::Queue::Try;
   const auto from = std::chrono::steady_clock::now();
-  const auto reply = send_(delivery, stop);
+  Reply reply;
+  try {
+    reply = send_(delivery, stop);
+  } catch (const std::exception& error) {
+    reply.why = error.what();
+  }
   if (reply.status == 0 && stop.stop_requested()) return;
   const bool taken = reply.status >= 200 && reply.status < 300;
   queue_.tried(delivery,

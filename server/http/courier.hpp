@@ -5,6 +5,7 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "server/http/callback_target.hpp"
 #include "server/job/queue.hpp"
@@ -40,12 +41,15 @@ class Sender {
   std::string secret_;
 };
 
-/// Delivers what the queue owes, one after the other, in a thread of its own until it goes.
+/// Delivers what the queue owes, a few at a time but to each host one after the other, in threads
+/// of its own until it goes: who does not answer holds up nobody but itself.
 class Courier {
  public:
+  static constexpr int at_once = 4;
   using Send = std::function<Reply(const job::Delivery&, const std::stop_token&)>;
   /// `first_pause` is between the first two tries of one callback.
   Courier(job::Queue& queue, Send send, std::chrono::milliseconds first_pause);
+  ~Courier();
 
  private:
   void run(const std::stop_token& stop);
@@ -54,7 +58,7 @@ class Courier {
   job::Queue& queue_;
   const Send send_;
   const std::chrono::milliseconds first_pause_;
-  std::jthread thread_;  // last: the first to go
+  std::vector<std::jthread> threads_;  // last: the first to go
 };
 
 }  // namespace hoodoo::http

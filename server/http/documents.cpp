@@ -82,8 +82,9 @@ std::string message(const job::Job& job, const std::vector<Problem>& problems) {
     case bake::Progress::Phase::ingest:
       return "Reading elevations.";
     case bake::Progress::Phase::tiles:
-      return fmt::format("Baking tiles: {} of {}.", job.outcome.progress.done,
-                         job.outcome.progress.total);
+      return fmt::format(
+          "Baking tiles: {} of {}{}.", job.outcome.progress.done, job.outcome.progress.total,
+          job.seconds_left ? fmt::format(", about {} s left", *job.seconds_left) : std::string());
     default:
       return "Writing the index.";
   }
@@ -143,6 +144,8 @@ json status_info(const job::Job& job, const std::vector<Problem>& problems,
   json info{{"processID", job.process},
             {"type", "process"},
             {"jobID", job.id},
+            {"id", job.id},
+            {"processingEntityType", "ogc-api-processes"},
             {"status", job::name_of(job.status)},
             {"message", message(job, problems)},
             {"progress", percent(job)},
@@ -168,6 +171,7 @@ json status_info(const job::Job& job, const std::vector<Problem>& problems,
           link(self + "/tiles/tileset.json", "preview", "The tileset as far as it is"));
     }
   }
+  if (job.seconds_left) info["secondsLeft"] = *job.seconds_left;
   if (job.started) info["started"] = text(*job.started);
   if (job.finished) info["finished"] = text(*job.finished);
   if (!problems.empty()) info["errors"] = errors(problems);
@@ -188,7 +192,11 @@ json job_list(const std::vector<json>& jobs, const std::string& self, const std:
   return list;
 }
 
-json results(const job::Job& job, const std::vector<std::string>& files, const std::string& base) {
+namespace {
+
+/// Everything that the job has made.
+json all_results(const job::Job& job, const std::vector<std::string>& files,
+                 const std::string& base) {
   const auto self = base + "/jobs/" + job.id;
   const auto reference = [](const std::string& href, const std::string& type) {
     return json{{"href", href}, {"type", type}};
@@ -199,7 +207,10 @@ json results(const job::Job& job, const std::vector<std::string>& files, const s
             {"manifest", reference(self + "/tiles/bake.json", plain)},
             {"report", reference(self + "/results/report", plain)}};
   }
-  if (job.process == echo_process) return {{"echo", job.outcome.report.at("echo")}};
+  if (job.process == echo_process) {
+    if (!job.outcome.report) throw Error(Fault::not_found, "", "the job is gone");
+    return {{"echo", job.outcome.report->at("echo")}};
+  }
   json all{{"report", reference(self + "/results/report", plain)}};
   for (const auto& file : files) {
     const std::filesystem::path name(file);
@@ -209,8 +220,23 @@ json results(const job::Job& job, const std::vector<std::string>& files, const s
   return all;
 }
 
+}  // namespace
+
+json results(const job::Job& job, const std::vector<std::string>& files, const std::string& base) {
+  auto all = all_results(job, files, base);
+  if (job.outputs.empty()) return all;
+  json wanted = json::object();
+  for (const auto& name : job.outputs) {
+    if (all.contains(name)) wanted[name] = std::move(all[name]);
+  }
+  return wanted;
+}
+
 json report(const job::Job& job) {
-  if (job.process != job::bake_process) return job.outcome.report;
+  if (job.process != job::bake_process) {
+    if (!job.outcome.report) throw Error(Fault::not_found, "", "the job is gone");
+    return *job.outcome.report;
+  }
   const auto& progress = job.outcome.progress;
   json report{{"engine", HOODOO_VERSION},
               {"scene", job.name},

@@ -15,8 +15,9 @@ nlohmann::json landing_page(const std::string& base);
 /// Of the class callback only where there are `callbacks`.
 nlohmann::json conformance(bool callbacks);
 
-/// statusInfo, and beyond it: phase, tiles{done,total,reused}, triangles, bytes, complete,
-/// warnings, and the errors of a failed job. `problems` are those of the job that may be seen.
+/// statusInfo of OGC API - Processes 1.0 with what the draft of 2.0 requires, and beyond it: phase,
+/// tiles{done,total,reused,cached}, secondsLeft, triangles, bytes, and the errors of a failed job.
+/// `problems` are those of the job that may be seen.
 nlohmann::json status_info(const job::Job& job, const std::vector<Problem>& problems,
                            const std::string& base);
 /// `self` is the query of this page, `next` that of the one after it, empty when there is none.
@@ -26,10 +27,12 @@ nlohmann::json job_list(const std::vector<nlohmann::json>& jobs, const std::stri
 /// {"tilesets": [{"name", "href", "viewer"}]}: finished ones.
 nlohmann::json tileset_list(const std::vector<std::string>& names, const std::string& base);
 
-/// The outputs of a job by reference: {name: {"href", "type"}}. Where a process gives files only
-/// when they are asked for, `files` says which there are.
+/// The outputs of a job that were asked for, by reference: {name: {"href", "type"}}. Where a
+/// process gives files only when they are asked for, `files` says which there are. Of echo the
+/// value, from the job's report.
 nlohmann::json results(const job::Job& job, const std::vector<std::string>& files,
                        const std::string& base);
+/// Of a job with its report.
 nlohmann::json report(const job::Job& job);
 /// Names of the files that a job has made in its folder of results, beside a tileset.
 std::vector<std::string> result_files(const job::Job& job, const std::filesystem::path& folder);

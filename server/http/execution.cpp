@@ -12,6 +12,7 @@
 #include "server/asset/assets.hpp"
 #include "server/http/api.hpp"
 #include "server/http/callback_target.hpp"
+#include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
 
 namespace hoodoo::http {
@@ -141,15 +142,52 @@ std::string tileset_of(const json& value, const std::string& pointer,
   return folder->string();
 }
 
-/// Names of the outputs that are wanted; all when the body does not say.
-json outputs_of(const json& body, const json& all) {
-  if (!body.contains("outputs") || body["outputs"].empty()) return all;
-  json wanted = json::array();
-  for (const auto& item : body["outputs"].items()) {
-    if (std::ranges::find(all, json(item.key())) != all.end()) wanted.push_back(item.key());
+bool wants(const std::vector<std::string>& outputs, std::string_view name) {
+  return outputs.empty() || std::ranges::find(outputs, name) != outputs.end();
+}
+
+/// What is wrong with one output of a body.
+void check_output(std::string_view process, const std::string& name, const json& value,
+                  std::vector<Problem>& problems) {
+  const auto pointer = "/outputs/" + pointer_token(name);
+  const auto names = output_names(process);
+  if (std::ranges::find(names, name) == names.end()) {
+    problems.push_back({pointer, "is no output of this process, which has " + json(names).dump()});
+    return;
   }
-  if (wanted.empty()) refuse("/outputs", "must name one of " + all.dump() + ", too");
+  if (!value.is_object()) {
+    problems.push_back({pointer, "must be an object"});
+    return;
+  }
+  const auto* given = control_of(process)->sync ? "value" : "reference";
+  if (value.contains("transmissionMode") && value["transmissionMode"] != given) {
+    problems.push_back({pointer + "/transmissionMode",
+                        fmt::format("must be \"{}\", as this process gives it", given)});
+  }
+}
+
+/// Names of the outputs that are wanted; none when the body does not say, for all.
+std::vector<std::string> outputs_of(std::string_view process, const json& body) {
+  if (!body.contains("outputs")) return {};
+  if (!body["outputs"].is_object()) refuse("/outputs", "must be an object");
+  std::vector<std::string> wanted;
+  std::vector<Problem> problems;
+  for (const auto& item : body["outputs"].items()) {
+    check_output(process, item.key(), item.value(), problems);
+    wanted.push_back(item.key());
+  }
+  if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
   return wanted;
+}
+
+/// Of an analysis those that are wanted, and one at least: there is none without.
+json files_of(const std::vector<std::string>& outputs) {
+  json files = json::array();
+  for (const auto* name : {"fill", "area", "slope", "power", "sinks"}) {
+    if (wants(outputs, name)) files.push_back(name);
+  }
+  if (files.empty()) files.push_back("sinks");
+  return files;
 }
 
 double number_of(const json& inputs, const char* name, double most) {
@@ -249,22 +287,23 @@ json bake_inputs_of(json& inputs, const References& references) {
 
 /// Takes what it needs out of the body, which may be large: it was of `size` bytes.
 json inputs_of(std::string_view process, json& body, std::size_t size,
-               const References& references) {
+               const std::vector<std::string>& outputs, const References& references) {
   auto& inputs = body.at("inputs");
   if (process == job::analyze_process) {
     check_names(inputs, {"dem", "routing"}, 1);
     const auto routing = inputs.value("routing", json("freeman"));
     if (routing != "freeman" && routing != "d8") refuse("/inputs/routing", "must be freeman or d8");
-    const json all{"fill", "area", "slope", "power", "sinks"};
     return {{"dem", dem_of(inputs["dem"], references)},
             {"routing", routing},
-            {"outputs", outputs_of(body, all)}};
+            {"outputs", files_of(outputs)}};
   }
   if (process == job::diff_process) {
     check_names(inputs, {"first", "second", "tolerance"}, 2);
-    return {{"first", tileset_of(inputs["first"], "/inputs/first", references)},
-            {"second", tileset_of(inputs["second"], "/inputs/second", references)},
-            {"tolerance", number_of(inputs, "tolerance", 1e6)}};
+    json read{{"first", tileset_of(inputs["first"], "/inputs/first", references)},
+              {"second", tileset_of(inputs["second"], "/inputs/second", references)},
+              {"tolerance", number_of(inputs, "tolerance", 1e6)}};
+    if (!wants(outputs, "page")) read["page"] = false;
+    return read;
   }
   if (process == echo_process) {
     check_names(inputs, {"echo", "pause"}, 1);
@@ -314,10 +353,27 @@ std::string key_of(const Request& request) {
   const auto& key = found->second;
   const bool plain = std::ranges::all_of(key, [](char c) { return c > ' ' && c <= '~'; });
   if (key.empty() || key.size() > most_key || !plain) {
-    refuse("Idempotency-Key",
+    refuse(header_place("Idempotency-Key"),
            fmt::format("must be 1 to {} characters of ASCII without spaces", most_key));
   }
   return key;
+}
+
+/// execute.yaml of 1.0 with the drafts' processID; anything else is a slip, or a wish that would
+/// not come true.
+void check_members(std::string_view process, const json& body, const References& references) {
+  static const std::set<std::string> known{"inputs",     "outputs",  "response",
+                                           "subscriber", "priority", "processID"};
+  std::vector<Problem> problems;
+  for (const auto& item : body.items()) {
+    if (known.contains(item.key())) continue;
+    problems.push_back({"/" + pointer_token(item.key()), "is no member of an execution"});
+  }
+  const auto id = body.value("processID", json(process));
+  if (id != process && id != references.base + "/processes/" + std::string(process)) {
+    problems.push_back({"/processID", "must be " + std::string(process) + ", as the path says"});
+  }
+  if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
 }
 
 }  // namespace
@@ -326,6 +382,7 @@ Execution read_execution(std::string_view process, const Request& request,
                          const References& references) {
   auto body = parse(request.body, "");
   if (!body.is_object()) refuse("", "must be an object");
+  check_members(process, body, references);
   const auto response = body.value("response", json("document"));
   const bool may_be_raw = control_of(process)->sync;
   if (response != "document" && !(may_be_raw && response == "raw")) {
@@ -334,9 +391,6 @@ Execution read_execution(std::string_view process, const Request& request,
   }
   if (!body.contains("inputs")) refuse("/inputs", "is missing");
   if (!body["inputs"].is_object()) refuse("/inputs", "must be an object");
-  if (body.contains("outputs") && !body["outputs"].is_object()) {
-    refuse("/outputs", "must be an object");
-  }
   Execution execution;
   auto& wanted = execution.request;
   wanted.process = process;
@@ -344,7 +398,8 @@ Execution read_execution(std::string_view process, const Request& request,
   wanted.key = key_of(request);
   if (body.contains("priority")) wanted.priority = priority_of(body["priority"]);
   if (body.contains("subscriber")) wanted.subscriber = subscriber_of(body["subscriber"]);
-  wanted.inputs = inputs_of(process, body, request.body.size(), references);
+  wanted.outputs = outputs_of(process, body);
+  wanted.inputs = inputs_of(process, body, request.body.size(), wanted.outputs, references);
   execution.raw = response == "raw";
   return execution;
 }

@@ -215,7 +215,7 @@ void serve(const Settings& given) {
   api_settings.scene_schema = scene::schema;
   api_settings.callbacks = AllowList(settings.callbacks, "--callback-allow");
   api_settings.sources = AllowList(settings.sources, "--fetch-allow");
-  if (!settings.keys.empty()) api_settings.keys = Keys::read(settings.keys);
+  if (!settings.keys.empty()) api_settings.keys = KeyRing(settings.keys);
   api_settings.draining = [stop = settings.stop] { return stop.stop_requested(); };
   set_log_format(settings.json_log ? LogFormat::json : LogFormat::text);
   api_settings.connections = [&listener] { return listener.connections(); };

@@ -7,6 +7,9 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <cstdint>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -15,6 +18,7 @@
 #include "engine/base/error.hpp"
 #include "engine/base/file.hpp"
 #include "server/http/files.hpp"
+#include "server/http/log.hpp"
 
 namespace hoodoo::http {
 namespace {
@@ -177,6 +181,58 @@ const Key* Keys::find(std::string_view authorization) const {
     found = same ? &key : found;
   }
   return is_bearer ? found : nullptr;
+}
+
+/// What tells one content of a file from another; null where there is none.
+using Stamp = std::optional<std::array<std::int64_t, 4>>;
+Stamp stamp_of(const fs::path& file) {
+  struct stat found {};
+  if (::stat(file.c_str(), &found) != 0) return std::nullopt;
+  return std::array<std::int64_t, 4>{static_cast<std::int64_t>(found.st_ino), found.st_size,
+                                     found.st_mtim.tv_sec, found.st_mtim.tv_nsec};
+}
+
+struct KeyRing::State {
+  fs::path file;
+  std::mutex mutex;  // guards all below
+  Stamp seen;
+  std::chrono::steady_clock::time_point looked;
+  std::shared_ptr<const Keys> keys;
+};
+
+KeyRing::KeyRing(const fs::path& file) : state_(std::make_shared<State>()) {
+  state_->file = file;
+  state_->seen = stamp_of(file);
+  state_->looked = std::chrono::steady_clock::now();
+  state_->keys = std::make_shared<const Keys>(Keys::read(file));
+}
+
+/// With the mutex held. What changes after the stamp was taken has another one at the next look.
+void KeyRing::look(State& state) {
+  constexpr std::chrono::milliseconds between{500};
+  const auto now = std::chrono::steady_clock::now();
+  if (now - state.looked < between) return;
+  state.looked = now;
+  const auto stamp = stamp_of(state.file);
+  if (stamp == state.seen) return;
+  state.seen = stamp;
+  try {
+    state.keys = std::make_shared<const Keys>(Keys::read(state.file));
+  } catch (const Error& error) {
+    log_fault(fmt::format("keys: {}; those of before are kept", error.what()), "");
+  }
+}
+
+std::optional<Key> KeyRing::find(std::string_view authorization) const {
+  if (!state_) return std::nullopt;
+  std::shared_ptr<const Keys> keys;
+  {
+    const std::lock_guard guard(state_->mutex);
+    look(*state_);
+    keys = state_->keys;
+  }
+  const auto* key = keys->find(authorization);
+  return key == nullptr ? std::nullopt : std::optional(*key);
 }
 
 std::string Keys::add(const fs::path& file, const std::string& name,

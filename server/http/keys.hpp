@@ -1,5 +1,7 @@
 #pragma once
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,6 +45,26 @@ class Keys {
 
  private:
   std::vector<Key> keys_;
+};
+
+/// The keys of a file, which is read again when it has changed: a key that was taken out of it is
+/// refused, a new one taken, about a second later. A file that is damaged or gone changes nothing,
+/// and is logged.
+class KeyRing {
+ public:
+  KeyRing() = default;  // none: everybody may do everything
+  /// Errors: as Keys::read.
+  explicit KeyRing(const std::filesystem::path& file);
+
+  bool empty() const { return state_ == nullptr; }
+  /// As Keys::find. May be called from any thread.
+  std::optional<Key> find(std::string_view authorization) const;
+
+ private:
+  struct State;
+  static void look(State& state);
+
+  std::shared_ptr<State> state_;
 };
 
 Scope scope_of(std::string_view name);  // Errors: bad_input

@@ -54,13 +54,20 @@ json operation(const char* id, const char* summary, json responses,
   return made;
 }
 
+/// A header that an answer has without fail.
+json always(const char* description) {
+  return {{"description", description}, {"required", true}, {"schema", text}};
+}
+
 /// A document, which a client that has it need not be sent again.
 json get(const char* id, const char* summary, const char* schema,
          std::vector<json> parameters = {}) {
   parameters.push_back(parameter("If-None-Match", "header", "The ETag that is known", text));
-  return {{"get", operation(id, summary,
-                            {{"200", answer(summary, schema)},
-                             {"304", {{"description", "It is as it was"}}}},
+  auto found = answer(summary, schema);
+  json same{{"description", "It is as it was"}};
+  found["headers"]["ETag"] = same["headers"]["ETag"] =
+      always("Another one whenever the document is");
+  return {{"get", operation(id, summary, {{"200", std::move(found)}, {"304", std::move(same)}},
                             std::move(parameters))}};
 }
 
@@ -83,6 +90,13 @@ json refusal(const char* description) {
   auto problem = content("application/problem+json", of("problem"));
   problem["description"] = description;
   return problem;
+}
+
+/// One that may be sent again some time later.
+json busy(const char* description) {
+  auto answer = refusal(description);
+  answer["headers"]["Retry-After"] = always("How many seconds later");
+  return answer;
 }
 
 /// A request that this service makes: to `member` of the subscriber.
@@ -120,13 +134,14 @@ json execution() {
       {path_parameter("processID", "Which process"),
        parameter("Prefer", "header", "respond-async", text),
        parameter("Idempotency-Key", "header",
-                 "Requests of one key are one job, however often they are sent",
+                 "Requests of one key are one job, however often they are sent, until it has "
+                 "failed or been dismissed",
                  {{"type", "string"}, {"minLength", 1}, {"maxLength", 255}})});
-  post["responses"]["201"]["headers"]["Location"] = {{"schema", text}};
+  post["responses"]["201"]["headers"]["Location"] = always("The job");
   auto& responses = post["responses"];
   responses["403"] = refusal("The key has no space left for results, or not this scope");
-  responses["429"] = refusal("As many jobs of the key wait or run as may");
-  responses["429"]["headers"]["Retry-After"] = {{"schema", text}};
+  responses["429"] = busy("As many jobs of the key wait or run as may");
+  responses["503"] = busy("As many jobs of all wait as may, or the server is about to stop");
   responses["507"] = refusal("The disk is nearly full");
   post["callbacks"] = {
       {"inProgress", callback("tellProgress", "inProgressUri", "The job has begun", "statusInfo")},
@@ -140,8 +155,8 @@ json execution() {
 json job_list() {
   return get(
       "getJobs", "Jobs, newest first", "jobList",
-      {parameter("limit", "query", "Most jobs of a page",
-                 {{"type", "integer"}, {"minimum", 1}, {"maximum", 10000}, {"default", 10}}),
+      {parameter("limit", "query", "Most jobs of a page; above 10000 it is taken as 10000",
+                 {{"type", "integer"}, {"minimum", 1}, {"default", 10}}),
        parameter("status", "query", "Any of these",
                  words({"accepted", "running", "successful", "failed", "dismissed"})),
        parameter("processID", "query", "Of these processes", {{"type", "array"}, {"items", text}}),
@@ -163,6 +178,16 @@ json one_job(const json& id) {
                             {{"200", answer("What became of it", "statusInfo")}}, {id});
   job["delete"]["security"] = key_or_none();
   return job;
+}
+
+/// Files are led to.
+json one_result(const json& id) {
+  auto path =
+      get("getResult", "One of it", "anything", {id, path_parameter("outputID", "Which output")});
+  json& responses = path["get"]["responses"];
+  responses["303"]["description"] = "It is a file, which is there";
+  responses["303"]["headers"]["Location"] = always("Where the file is");
+  return path;
 }
 
 json events(const json& id) {
@@ -247,6 +272,8 @@ json uploads() {
       {tus_version(), required_header("Upload-Length", "How many bytes will come", bytes),
        parameter("Upload-Metadata", "header",
                  "Pairs of a key and Base64; sha256: the digest that is to come out", text)});
+  path["post"]["responses"]["429"] = busy("As many uploads of the key are under way as may");
+  path["post"]["responses"]["503"] = busy("As many uploads of all are under way as may");
   path["post"]["security"] = key_or_none();
   return path;
 }
@@ -318,8 +345,7 @@ json paths() {
       {"/jobs/{jobID}", one_job(job)},
       {"/jobs/{jobID}/events", events(job)},
       {"/jobs/{jobID}/results", get("getResults", "What a job has made", "results", {job})},
-      {"/jobs/{jobID}/results/{outputID}", get("getResult", "One of it", "anything",
-                                               {job, path_parameter("outputID", "Which output")})},
+      {"/jobs/{jobID}/results/{outputID}", one_result(job)},
       {"/jobs/{jobID}/files/{name}", file("getFile", "A file that a job has made", {job, name})},
       {"/jobs/{jobID}/tiles/{name}",
        file("getTile", "A file of a job's tileset, while it runs, too", {job, name})},

@@ -33,9 +33,12 @@ constexpr const char* text = R"({
   "required": ["inputs", "outputs"], "properties": {
     "inputs": {"type": "object", "additionalProperties": {"$ref": "#/components/schemas/description"}},
     "outputs": {"type": "object", "additionalProperties": {"$ref": "#/components/schemas/description"}}}}]},
-"execute": {"type": "object", "required": ["inputs"], "properties": {
+"execute": {"type": "object", "required": ["inputs"], "additionalProperties": false, "properties": {
+  "processID": {"type": "string", "description": "As the path says"},
   "inputs": {"type": "object"},
-  "outputs": {"type": "object", "additionalProperties": {"type": "object"}},
+  "outputs": {"type": "object", "description": "Those that are wanted; all where there are none",
+    "additionalProperties": {"type": "object", "properties": {
+      "transmissionMode": {"type": "string", "enum": ["value", "reference"]}}}},
   "response": {"type": "string", "enum": ["raw", "document"], "default": "document"},
   "priority": {"type": "integer", "minimum": -10, "maximum": 10, "default": 0},
   "subscriber": {"$ref": "#/components/schemas/subscriber"}}},
@@ -45,9 +48,16 @@ constexpr const char* text = R"({
     "inProgressUri": {"type": "string", "format": "uri", "maxLength": 2048},
     "failedUri": {"type": "string", "format": "uri", "maxLength": 2048}}},
 "statusCode": {"type": "string", "enum": ["accepted", "running", "successful", "failed", "dismissed"]},
-"error": {"type": "object", "required": ["pointer", "detail"], "properties": {
-  "pointer": {"type": "string"}, "detail": {"type": "string"}}},
-"statusInfo": {"type": "object", "required": ["jobID", "status", "type"], "properties": {
+"error": {"type": "object", "required": ["detail"], "properties": {
+  "pointer": {"type": "string", "description": "A JSON Pointer into the scene or the body"},
+  "parameter": {"type": "string", "description": "Of the query"},
+  "header": {"type": "string"}, "detail": {"type": "string"}}},
+"statusInfo": {"type": "object",
+  "required": ["jobID", "id", "processID", "processingEntityType", "status", "type"], "properties": {
+  "id": {"type": "string", "pattern": "^[0-9a-f]{32}$"},
+  "processingEntityType": {"type": "string", "enum": ["ogc-api-processes"]},
+  "secondsLeft": {"type": "integer", "minimum": 0,
+    "description": "An estimate, while tiles are baked and once their pace is known"},
   "processID": {"type": "string"}, "type": {"type": "string", "enum": ["process"]},
   "jobID": {"type": "string", "pattern": "^[0-9a-f]{32}$"},
   "status": {"$ref": "#/components/schemas/statusCode"},

@@ -63,6 +63,20 @@ std::string_view title_of(int status) {
   }
 }
 
+/// A place as `in_query` or `header_place` gave it, or else a pointer.
+nlohmann::json to_json(const Problem& found) {
+  nlohmann::json error{{"detail", found.what}};
+  const std::string_view where = found.where;
+  if (where.starts_with('?')) {
+    if (where.size() > 1) error["parameter"] = where.substr(1);
+  } else if (where.ends_with(':') && !where.starts_with('/')) {
+    error["header"] = where.substr(0, where.size() - 1);
+  } else {
+    error["pointer"] = where;
+  }
+  return error;
+}
+
 void hide(std::string& text, const std::string& folder) {
   if (folder.empty()) return;
   for (auto at = text.find(folder); at != text.npos; at = text.find(folder, at)) {
@@ -94,9 +108,7 @@ Response problem(int status, const std::string& detail, const std::vector<Proble
                  const std::string& type) {
   nlohmann::json body{
       {"type", type}, {"title", title_of(status)}, {"status", status}, {"detail", detail}};
-  for (const auto& found : problems) {
-    body["errors"].push_back({{"pointer", found.where}, {"detail", found.what}});
-  }
+  for (const auto& found : problems) body["errors"].push_back(to_json(found));
   Response response;
   response.status = status;
   response.type = "application/problem+json";
@@ -104,6 +116,16 @@ Response problem(int status, const std::string& detail, const std::vector<Proble
   response.body = body.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   return response;
 }
+
+std::vector<Problem> in_query(std::vector<Problem> problems) {
+  for (auto& found : problems) found.where = "?" + found.where;
+  return problems;
+}
+std::vector<Problem> in_headers(std::vector<Problem> problems) {
+  for (auto& found : problems) found.where = header_place(found.where);
+  return problems;
+}
+std::string header_place(const std::string& name) { return name + ":"; }
 
 Response over_quota(std::uint64_t used, std::uint64_t wanted, std::uint64_t most) {
   auto what = fmt::format("{} bytes are used, the limit of the key is {} bytes", used, most);

@@ -12,9 +12,16 @@ namespace hoodoo::http {
 /// What a fault answers when a request runs into it.
 int status_of(Fault fault);
 
-/// `type` is "about:blank" unless given; `problems` become errors[{pointer, detail}].
+/// `type` is "about:blank" unless given; `problems` become errors[{pointer, detail}], with a member
+/// `parameter` or `header` in place of the pointer where the next three say so.
 Response problem(int status, const std::string& detail, const std::vector<Problem>& problems = {},
                  const std::string& type = "about:blank");
+
+/// Problems of the parameters that they name, or of the whole query; and of headers.
+std::vector<Problem> in_query(std::vector<Problem> problems);
+std::vector<Problem> in_headers(std::vector<Problem> problems);
+/// The place of a problem with one header.
+std::string header_place(const std::string& name);
 
 /// Of a request for which its owner has no space left: `used` and `wanted` bytes are more than
 /// `most`.

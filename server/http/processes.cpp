@@ -165,6 +165,13 @@ std::optional<Control> control_of(std::string_view process) {
   return found->control;
 }
 
+std::vector<std::string> output_names(std::string_view process) {
+  std::vector<std::string> names;
+  const auto described = process_description(process, "", json::object());
+  for (const auto& output : described["outputs"].items()) names.push_back(output.key());
+  return names;
+}
+
 json process_list(const std::string& base) {
   json list = json::array();
   for (const auto& process : all) list.push_back(summary(process, base));

@@ -38,7 +38,7 @@ std::string decoded(std::string_view text) {
     const auto end = digits.data() + digits.size();
     const auto read = std::from_chars(digits.data(), end, byte, 16);
     if (digits.size() != 2 || read.ec != std::errc() || read.ptr != end || byte == 0) {
-      throw Error(Fault::bad_input, "query", "is not encoded as a URL is");
+      throw Error(Fault::bad_input, "", "is not encoded as a URL is");
     }
     out += static_cast<char>(byte);
     i += 2;
@@ -123,7 +123,7 @@ Query parse_query(std::string_view text) {
     const auto [at, is_new] = query.emplace(std::move(name), value);
     if (!is_new) at->second += "," + value;
     if (query.size() > most_parameters) {
-      throw Error(Fault::bad_input, "query", "has too many parameters");
+      throw Error(Fault::bad_input, "", "has too many parameters");
     }
   });
   return query;

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <csignal>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
@@ -135,7 +136,7 @@ Outcome finished(json report) {
   outcome.progress.phase = bake::Progress::Phase::done;
   outcome.progress.ingest = 1;
   outcome.complete = true;
-  outcome.report = std::move(report);
+  outcome.report = std::make_shared<const json>(std::move(report));
   return outcome;
 }
 
@@ -157,17 +158,18 @@ Outcome analyze(const Commands& commands, const Work& work) {
 }
 
 Outcome diff(const Commands& commands, const Work& work) {
-  const auto page = work.folder / "out" / "diff.html";
-  std::filesystem::create_directories(page.parent_path());
-  const Arguments arguments{commands.program,
-                            "--json",
-                            "diff",
-                            work.inputs.at("first").get<std::string>(),
-                            work.inputs.at("second").get<std::string>(),
-                            "--tolerance",
-                            fmt::format("{}", work.inputs.at("tolerance").get<double>()),
-                            "--html",
-                            page.string()};
+  Arguments arguments{commands.program,
+                      "--json",
+                      "diff",
+                      work.inputs.at("first").get<std::string>(),
+                      work.inputs.at("second").get<std::string>(),
+                      "--tolerance",
+                      fmt::format("{}", work.inputs.at("tolerance").get<double>())};
+  if (work.inputs.value("page", true)) {
+    const auto page = work.folder / "out" / "diff.html";
+    std::filesystem::create_directories(page.parent_path());
+    arguments.insert(arguments.end(), {"--html", page.string()});
+  }
   constexpr int different = 1;
   return finished(report_of(run_on(commands, arguments, work), different));
 }

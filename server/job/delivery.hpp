@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "server/job/job.hpp"
 
@@ -25,6 +26,9 @@ inline constexpr int most_tries = 6;
 inline std::chrono::milliseconds pause_after(int tries, std::chrono::milliseconds first) {
   return first * (std::int64_t{1} << (tries - 1));
 }
+
+/// "HOST[:PORT]" of an address, in lower case.
+std::string host_of(std::string_view uri);
 
 /// The same each time it is tried, so that the receiver can tell.
 std::string id_of(const Delivery& delivery);

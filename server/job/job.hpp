@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -51,7 +52,8 @@ struct Request {
   std::string owner;      // whose it is; empty where nobody has a name
   std::string key;        // two requests of one owner with one key are one; empty: none
   Subscriber subscriber{};
-  Quota quota{};  // of the owner
+  Quota quota{};                       // of the owner
+  std::vector<std::string> outputs{};  // names of those that are wanted; empty: all
 };
 
 /// What a job has made.
@@ -59,7 +61,9 @@ struct Outcome {
   bake::Progress progress;
   std::vector<std::string> warnings;  // oddities of the scene and the bake
   bool complete = false;              // every planned tile is there
-  nlohmann::json report;              // of processes that are no bake; else null
+  /// Of processes that are no bake; else null. May be large: what finds or lists jobs that have
+  /// ended leaves it out, see Queue::report.
+  std::shared_ptr<const nlohmann::json> report;
 };
 
 /// What is known of one job.
@@ -71,11 +75,13 @@ struct Job {
   std::string owner, key;
   std::string fingerprint;  // of the request that `key` came with
   int priority = 0;
-  std::string name;  // of the scene
+  std::string name;                  // of the scene
+  std::vector<std::string> outputs;  // as of the request
   Subscriber subscriber;
   Bounds bounds;
   Time created{}, updated{};  // `updated` grows with every change that can be seen
   std::optional<Time> started, finished;
+  std::optional<std::uint64_t> seconds_left;  // an estimate, while its tiles are baked
   Outcome outcome;
   std::optional<Fault> fault;     // why it failed
   std::vector<Problem> problems;  // empty unless it failed
@@ -83,6 +89,11 @@ struct Job {
 
 inline bool has_ended(Status status) {
   return status != Status::accepted && status != Status::running;
+}
+
+/// Whether what came with a job's key is that job when it comes again, and no new one.
+inline bool holds_key(Status status) {
+  return status != Status::failed && status != Status::dismissed;
 }
 
 inline Time now() {

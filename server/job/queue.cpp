@@ -67,6 +67,7 @@ std::string fingerprint_of(const Request& request) {
       request.process + " " + std::to_string(request.priority) + " " + request.inputs.dump();
   const auto& [success, in_progress, failed] = request.subscriber;
   if (!request.subscriber.empty()) text += " " + success + " " + in_progress + " " + failed;
+  for (const auto& output : request.outputs) text += " " + output;
   return sha256(text).hex();
 }
 
@@ -176,10 +177,12 @@ Submitted Queue::submit(const Request& request) {
   job.priority = request.priority;
   job.subscriber = request.subscriber;
   job.bounds = request.quota.bake;
+  job.outputs = request.outputs;
   job.fingerprint = fingerprint_of(request);
   if (!job.key.empty()) {
     const std::lock_guard guard(mutex_);
-    if (const auto first = store_->find_key(job.owner, job.key)) {
+    const auto first = store_->find_key(job.owner, job.key);
+    if (first && holds_key(first->status)) {
       return replay(*first, job.fingerprint);
     }
   }
@@ -332,6 +335,7 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
       if (entry.job.status != Status::running) return;
       entry.job.outcome.progress = progress;
       touch(entry.job);
+      entry.job.seconds_left = entry.pace.seconds_left(entry.job.updated, progress);
     };
     auto outcome = engine_.run(work);
     const std::lock_guard guard(mutex_);
@@ -348,6 +352,7 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
 /// With the mutex held.
 bool Queue::end(Job& job, Status status) {
   job.status = status;
+  job.seconds_left.reset();
   touch(job);
   job.finished = job.updated;
   return save(job);

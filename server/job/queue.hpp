@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "server/job/job.hpp"
+#include "server/job/pace.hpp"
 #include "server/job/store.hpp"
 
 namespace hoodoo::job {
@@ -89,7 +91,7 @@ class Queue {
   Queue& operator=(const Queue&) = delete;
 
   /// Takes a request whose scene has no problems. A key that its owner used before gives the job
-  /// it was used for, as long as that is kept.
+  /// it was used for, as long as that is kept and has neither failed nor been dismissed.
   /// Errors: bad_input with every problem and its pointer into the scene; limit; io, also when the
   /// disk is nearly full.
   Submitted submit(const Request& request);
@@ -97,6 +99,8 @@ class Queue {
   std::optional<Job> find(std::string_view id) const;
   std::vector<Job> list(const Filter& filter) const;
   std::size_t count(Status status) const;
+  /// What a job that has ended well tells of itself; null where there is nothing.
+  std::shared_ptr<const nlohmann::json> report(std::string_view id) const;
   /// The next request would be refused.
   bool is_full() const;
 
@@ -110,7 +114,8 @@ class Queue {
   /// All problems of a scene. Errors: limit, io.
   std::vector<Problem> check(const nlohmann::json& scene) const;
 
-  /// Waits for the callback that is due first; none when `stop` is requested. Errors: io.
+  /// Waits for the callback that is due first, of hosts to which none is on its way; it is on its
+  /// way until `tried` is called. None when `stop` is requested. Errors: io.
   std::optional<Delivery> next_delivery(const std::stop_token& stop);
   /// A try of that is over. It is tried again after a pause, the longer the more often it was, and
   /// given up after `most_tries`, or at once when it `may_not` be made.
@@ -131,6 +136,7 @@ class Queue {
  private:
   struct Entry {
     Job job;
+    Pace pace;
     bool saved = true;  // what the job is, once it has ended
     std::stop_source stop;
   };
@@ -158,6 +164,7 @@ class Queue {
   mutable std::mutex mutex_;         // guards all below
   std::condition_variable_any changed_, left_;
   std::condition_variable_any owed_;
+  std::set<std::string> called_;  // hosts to which a callback is on its way
   Told told_;
   std::unique_ptr<Store> store_;
   std::map<std::string, std::shared_ptr<Entry>, std::less<>> running_;  // and what they become

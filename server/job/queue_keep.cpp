@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "engine/base/file.hpp"
+#include "engine/base/json.hpp"
 #include "server/asset/assets.hpp"
 #include "server/job/queue.hpp"
 
@@ -124,11 +125,14 @@ std::optional<Delivery> Queue::next_delivery(const std::stop_token& stop) {
   std::unique_lock guard(mutex_);
   std::optional<Delivery> first;
   const auto is_due = [&] {
-    first = store_->first_delivery();
+    first = store_->first_delivery(called_);
     return first && first->due <= now();
   };
   while (!stop.stop_requested()) {
-    if (is_due()) return first;
+    if (is_due()) {
+      called_.insert(host_of(first->uri));
+      return first;
+    }
     // The clock may be set meanwhile.
     milliseconds pause = std::chrono::minutes(1);
     if (first) pause = std::clamp(first->due - now(), milliseconds(1), pause);
@@ -141,6 +145,8 @@ void Queue::tried(const Delivery& delivery, Try how, std::chrono::milliseconds f
   const int tries = delivery.tries + 1;
   const bool again = how == Try::failed && tries < most_tries;
   const std::lock_guard guard(mutex_);
+  called_.erase(host_of(delivery.uri));
+  owed_.notify_all();  // whoever waited for this host
   if (how == Try::taken) ++told_.delivered;
   if (how == Try::failed) ++told_.failed_tries;
   if (how != Try::taken && !again) ++told_.given_up;
@@ -154,6 +160,23 @@ Told Queue::told() const {
   auto told = told_;
   told.pending = store_->count_deliveries();
   return told;
+}
+
+std::shared_ptr<const nlohmann::json> Queue::report(std::string_view id) const {
+  std::string text;
+  {
+    const std::lock_guard guard(mutex_);
+    const auto live = running_.find(id);
+    if (live != running_.end()) return live->second->job.outcome.report;
+    text = store_->report(id);
+  }
+  // Apart from the lock, since it may take its time.
+  if (text.empty()) return nullptr;
+  try {
+    return std::make_shared<const nlohmann::json>(parse_json(text, "the report of a job"));
+  } catch (const Error& error) {
+    throw Error(Fault::internal, std::string(id), error.what());
+  }
 }
 
 std::uint64_t Queue::bytes_of(std::string_view owner) const {

@@ -61,13 +61,13 @@ void read_into(const json& value, Job& job) {
     subscriber.at("in_progress").get_to(job.subscriber.in_progress);
     subscriber.at("failed").get_to(job.subscriber.failed);
   }
+  if (value.contains("outputs")) value["outputs"].get_to(job.outputs);
   if (value.contains("most_tiles")) job.bounds.tiles = value["most_tiles"].get<std::uint64_t>();
   if (value.contains("most_extent")) job.bounds.extent = value["most_extent"].get<double>();
   auto& outcome = job.outcome;
   value.at("warnings").get_to(outcome.warnings);
   value.at("complete").get_to(outcome.complete);
   outcome.progress = progress_from(value.at("progress"));
-  outcome.report = value.at("report");
   if (value.contains("fault")) job.fault = fault_of(value["fault"].get<std::string>());
   for (const auto& problem : value.at("problems")) {
     job.problems.push_back(
@@ -120,8 +120,8 @@ std::string to_text(const Job& job) {
   json value{{"warnings", job.outcome.warnings},
              {"complete", job.outcome.complete},
              {"progress", to_json(job.outcome.progress)},
-             {"report", job.outcome.report},
              {"problems", problems}};
+  if (!job.outputs.empty()) value["outputs"] = job.outputs;
   if (job.fault) value["fault"] = name_of(*job.fault);
   if (!job.subscriber.empty()) value["subscriber"] = to_json(job.subscriber);
   if (job.bounds.tiles) value["most_tiles"] = *job.bounds.tiles;
@@ -135,6 +135,7 @@ void read_text(std::string_view text, Job& job) {
   job.problems.clear();
   job.subscriber = {};
   job.bounds = {};
+  job.outputs.clear();
   try {
     read_into(parse_json(text, "the state of a job"), job);
   } catch (const std::exception&) {

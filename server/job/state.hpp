@@ -22,7 +22,8 @@ nlohmann::json to_json(const bake::Progress& progress);
 /// Errors: bad_input.
 bake::Progress progress_from(const nlohmann::json& value);
 
-/// What of a job nobody looks for: its outcome, why it failed, who is told, how large it may be.
+/// What of a job nobody looks for: its outcome but for the report, why it failed, who is told, how
+/// large it may be.
 std::string to_text(const Job& job);
 
 /// Puts that back. A damaged text makes a failed job that says so, so that one bad row costs one

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "engine/base/error.hpp"
@@ -11,7 +12,7 @@
 namespace hoodoo::job {
 namespace {
 
-constexpr int schema_version = 2;
+constexpr int schema_version = 3;
 
 /// `key` is null where a request had none, so that the index does not compare it.
 constexpr const char* schema = R"(
@@ -63,6 +64,18 @@ CREATE TABLE assets (
   used INTEGER NOT NULL
 );
 PRAGMA user_version = 2;
+)";
+
+/// What version 3 changes: reports, which may be large, are kept apart from what lists read.
+constexpr const char* schema_3 = R"(
+CREATE TABLE reports (
+  job TEXT PRIMARY KEY,
+  text BLOB NOT NULL
+);
+INSERT INTO reports SELECT id, CAST(json_extract(state, '$.report') AS BLOB) FROM jobs
+  WHERE CASE WHEN json_valid(state) THEN json_type(state, '$.report') = 'object' ELSE 0 END;
+UPDATE jobs SET state = json_remove(state, '$.report') WHERE id IN (SELECT job FROM reports);
+PRAGMA user_version = 3;
 )";
 
 constexpr const char* columns =
@@ -150,6 +163,7 @@ Store::Store(const std::filesystem::path& file) : database_(std::make_unique<Dat
   Transaction transaction(*database_);
   if (version < 1) database_->execute(schema);
   if (version < 2) database_->execute(schema_2);
+  if (version < 3) database_->execute(schema_3);
   transaction.commit();
   Statement sound(*database_, "PRAGMA quick_check(1)");
   if (!sound.step() || sound.text(0) != "ok") {
@@ -161,6 +175,14 @@ Store::~Store() = default;
 
 bool Store::insert(Job& job, const std::vector<std::string>& assets) {
   Transaction transaction(*database_);
+  if (!job.key.empty()) {
+    Statement(*database_,
+              "UPDATE jobs SET key = NULL WHERE owner = ? AND key = ? AND status IN ('failed', "
+              "'dismissed')")
+        .bind(job.owner)
+        .bind(job.key)
+        .step();
+  }
   Statement row(*database_,
                 "INSERT INTO jobs (id, status, process, owner, key, fingerprint, priority, name, "
                 "created, updated, started, finished, state) VALUES " +
@@ -188,6 +210,11 @@ void Store::update(const Job& job, const std::optional<Delivery>& owed) {
                 "WHERE id = ?");
   row.bind(name_of(job.status)).bind(milliseconds(job.updated)).bind(milliseconds(job.started));
   row.bind(milliseconds(job.finished)).bind(to_text(job)).bind(job.id).step();
+  if (job.outcome.report) {
+    Statement report(*database_, "INSERT OR REPLACE INTO reports VALUES (?, CAST(? AS BLOB))");
+    const auto replace = nlohmann::json::error_handler_t::replace;
+    report.bind(job.id).bind(job.outcome.report->dump(-1, ' ', false, replace)).step();
+  }
   if (owed) add(*owed);
   if (job.status == Status::dismissed) drop_deliveries(job.id);
   if (has_ended(job.status)) note_use(job.id, job.updated);
@@ -197,7 +224,7 @@ void Store::update(const Job& job, const std::optional<Delivery>& owed) {
 void Store::remove(std::string_view id) {
   Transaction transaction(*database_);
   for (const auto* sql : {"DELETE FROM jobs WHERE id = ?", "DELETE FROM deliveries WHERE job = ?",
-                          "DELETE FROM uses WHERE job = ?"}) {
+                          "DELETE FROM uses WHERE job = ?", "DELETE FROM reports WHERE job = ?"}) {
     Statement(*database_, sql).bind(id).step();
   }
   transaction.commit();
@@ -233,6 +260,11 @@ std::vector<Job> Store::list(const Filter& filter, Time now) const {
   std::vector<Job> jobs;
   while (rows.step()) jobs.push_back(job_of(rows));
   return jobs;
+}
+
+std::string Store::report(std::string_view id) const {
+  Statement row(*database_, "SELECT text FROM reports WHERE job = ?");
+  return row.bind(id).step() ? row.text(0) : std::string();
 }
 
 std::size_t Store::count(Status status, std::optional<std::string_view> owner) const {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,7 +40,8 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  /// Gives the job its serial. False, and nothing is kept, when its owner used its key before.
+  /// Gives the job its serial. False, and nothing is kept, when its owner used its key before; a
+  /// job that has failed or was dismissed holds its key no more.
   /// `assets` are those that it names.
   bool insert(Job& job, const std::vector<std::string>& assets = {});
   /// With the callback that is owed for the change, if any. One event of a job is owed once; a job
@@ -49,6 +51,7 @@ class Store {
   /// Every job that ran waits again: for when the store is opened.
   void interrupt_all();
 
+  /// Without their reports, as all that gives jobs.
   std::optional<Job> find(std::string_view id) const;
   std::optional<Job> find_key(std::string_view owner, std::string_view key) const;
   /// Of the jobs that wait, the first of the highest priority.
@@ -56,16 +59,19 @@ class Store {
   /// Newest first. `now` is when a job that runs is as old as it is.
   std::vector<Job> list(const Filter& filter, Time now) const;
   std::size_t count(Status status, std::optional<std::string_view> owner = {}) const;
+  /// As JSON; empty where there is none.
+  std::string report(std::string_view id) const;
 
-  /// Of the callbacks that are owed, the one that is due first.
-  std::optional<Delivery> first_delivery() const;
+  /// Of the callbacks that are owed to other hosts than these, the one that is due first.
+  std::optional<Delivery> first_delivery(const std::set<std::string>& left_out = {}) const;
   std::size_t count_deliveries() const;
   /// One more try: due again then, or settled.
   void tried(const Delivery& delivery, std::optional<Time> again);
   /// Nothing is owed any more: for this job, or for all.
   void drop_deliveries(std::optional<std::string_view> job = {});
 
-  /// What the folders of jobs take on the disk, once they have ended and been counted.
+  /// What the folders of jobs take on the disk, once they have ended and been counted; their
+  /// reports are added to it.
   void set_bytes(std::string_view job, std::uint64_t bytes);
   std::vector<std::string> uncounted() const;  // jobs that have ended
   /// All that is known of one owner's: jobs that were counted, and assets.

@@ -16,11 +16,24 @@ void Store::add(const Delivery& owed) {
   row.bind(std::int64_t{owed.tries}).bind(milliseconds(owed.due)).step();
 }
 
-std::optional<Delivery> Store::first_delivery() const {
+std::string host_of(std::string_view uri) {
+  constexpr std::string_view end_of_scheme = "://";
+  const auto scheme = uri.find(end_of_scheme);
+  if (scheme != uri.npos) uri.remove_prefix(scheme + end_of_scheme.size());
+  std::string host(uri.substr(0, uri.find_first_of("/?#")));
+  for (auto& c : host) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  return host;
+}
+
+std::optional<Delivery> Store::first_delivery(const std::set<std::string>& left_out) const {
+  Statement rows(*database_,
+                 "SELECT serial, uri FROM deliveries WHERE due IS NOT NULL ORDER BY due, serial");
+  bool found = false;
+  while (!found && rows.step()) found = !left_out.contains(host_of(rows.text(1)));
+  if (!found) return std::nullopt;
   Statement row(*database_,
-                "SELECT job, event, uri, body, tries, due FROM deliveries WHERE due IS NOT NULL "
-                "ORDER BY due, serial LIMIT 1");
-  if (!row.step()) return std::nullopt;
+                "SELECT job, event, uri, body, tries, due FROM deliveries WHERE serial = ?");
+  if (!row.bind(rows.number(0)).step()) return std::nullopt;
   return Delivery{row.text(0), event_of(row.text(1)),           row.text(2),
                   row.text(3), static_cast<int>(row.number(4)), row.time(5).value_or(Time{})};
 }

@@ -5,7 +5,9 @@
 namespace hoodoo::job {
 
 void Store::set_bytes(std::string_view job, std::uint64_t bytes) {
-  Statement row(*database_, "UPDATE jobs SET bytes = ? WHERE id = ?");
+  Statement row(*database_,
+                "UPDATE jobs SET bytes = ?1 + coalesce((SELECT length(text) FROM reports WHERE "
+                "job = ?2), 0) WHERE id = ?2");
   row.bind(static_cast<std::int64_t>(bytes)).bind(job).step();
 }
 

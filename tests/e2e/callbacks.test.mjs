@@ -86,6 +86,31 @@ function checkSignature({ headers, body, method }) {
   assert.equal(headers['hoodoo-signature'], `sha256=${expected}`);
 }
 
+test('A host that does not answer holds up itself alone', async () => {
+  const held = [];
+  const silent = createServer((request) => { held.push(request.url); }).listen(0, '127.0.0.1');
+  await new Promise((done) => silent.once('listening', done));
+  const healthy = await Receiver.start();
+  const address = `127.0.0.1:${silent.address().port}`;
+  const server = await start('silent', [address, healthy.host]);
+  try {
+    const tell = (uri) => posted(server.fetch.bind(server), 'echo', { inputs: { echo: 1 }, subscriber: { successUri: uri } });
+    for (let n = 0; n < 3; ++n) await tell(`http://${address}/${n}`);
+    for (const end = Date.now() + 60_000; held.length < 1; await sleep(20)) assert.ok(Date.now() < end, 'nobody called');
+    const before = Date.now();
+    await tell(`${healthy.url}/yes`);
+    await healthy.until(1);
+    const took = Date.now() - before;
+    assert.ok(took < 8000, `the other host waited ${took} ms, which is a silent one's patience`);
+    assert.equal(held.length, 1, 'one at a time of one host');
+  } finally {
+    await server.stop('SIGKILL');
+    silent.closeAllConnections();
+    silent.close();
+    await healthy.stop();
+  }
+});
+
 test('A subscriber hears that a bake begins and what it has made', async () => {
   const receiver = await Receiver.start();
   const server = await start('success', [receiver.host]);

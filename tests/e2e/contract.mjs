@@ -30,10 +30,16 @@ export class Contract {
     const operation = this.document.paths[name][method.toLowerCase()];
     assert.ok(operation, `${method} ${name} is not in the document`);
     const { status } = response;
-    const described = operation.responses[status] ?? (status >= 300 ? operation.responses.default : undefined);
+    const described = operation.responses[status] ?? (status >= 400 ? operation.responses.default : undefined);
     assert.ok(described, `${method} ${name} answers ${status}, which is not in the document`);
     this.seen.add(`${method} ${name} ${operation.responses[status] ? status : 'problem'}`);
-    if (status === 303 || !described.content) return;
+    for (const [header, { required }] of Object.entries(described.headers ?? {})) {
+      assert.ok(!required || response.headers.has(header), `${method} ${name} answers ${status} without ${header}`);
+    }
+    if (status >= 300 && status < 400 && status !== 304) {
+      assert.ok(described.headers?.Location?.required, `${method} ${name} answers ${status}, whose Location is not in the document`);
+    }
+    if (!described.content) return assert.equal(await response.text(), '', `${method} ${name} answers ${status} with content`);
     const type = response.headers.get('content-type').replaceAll('; ', ';');
     const file = described.content['application/octet-stream'];
     if (file) return;

@@ -122,6 +122,40 @@ test('A request that is sent again with its Idempotency-Key is one job, over a r
   await server.follow(jobID);
 });
 
+test('A key whose job has failed or was cancelled is free again', async () => {
+  const send = async (body, key) => {
+    const response = await server.post(body, {}, { 'idempotency-key': key });
+    return [response.status, await response.json()];
+  };
+  const [, first] = await send(long(), 'k-2');
+  assert.equal((await send(long(), 'k-2'))[0], 200);
+  await server.fetch(`/jobs/${first.jobID}`, { method: 'DELETE' });
+  const [status, second] = await send(long(), 'k-2');
+  assert.equal(status, 201);
+  assert.notEqual(second.jobID, first.jobID);
+  assert.equal((await send(long(), 'k-2'))[1].jobID, second.jobID);
+  await server.follow(second.jobID, tilesBegun);
+  process.kill(children(server)[0], 'SIGSEGV');
+  assert.equal((await server.follow(second.jobID)).at(-1).status, 'failed');
+  const [again, third] = await send(scene, 'k-2');
+  assert.equal(again, 201);
+  await finish(third.jobID);
+  assert.equal((await send(scene, 'k-2'))[0], 200, 'one that has ended well keeps it');
+  assert.equal((await send(long(), 'k-2'))[0], 422);
+});
+
+test('A long bake tells how much time is left, once that is known', async () => {
+  const id = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.5 } });
+  const seen = await server.follow(id, ({ secondsLeft, status }) => secondsLeft !== undefined || status === 'successful');
+  const { secondsLeft, phase, message, tiles, status } = seen.at(-1);
+  assert.equal(status, 'running', 'it took longer than two seconds');
+  assert.ok(Number.isInteger(secondsLeft) && secondsLeft >= 0 && tiles.done > 0 && phase === 'tiles');
+  assert.match(message, new RegExp(`, about ${secondsLeft} s left\\.$`));
+  assert.equal(seen[0].secondsLeft, undefined);
+  await server.fetch(`/jobs/${id}`, { method: 'DELETE' });
+  assert.equal((await server.json(`/jobs/${id}`)).secondsLeft, undefined);
+});
+
 test('Whatever moment a server and its worker are killed at, jobs go on, to the same bytes', { timeout: 600_000 }, async () => {
   const expected = await digests(outOf(await finish(await server.submit(scene))));
   const seed = 11;

@@ -47,7 +47,9 @@ const $defs = {
     links: linksWith(`${relations}execute`),
   })] },
   statusInfo: {
-    ...object(['jobID', 'type', 'status'], {
+    // Of the draft of 2.0: id, processingEntityType.
+    ...object(['jobID', 'type', 'status', 'id', 'processingEntityType'], {
+      id: text, processingEntityType: { const: 'ogc-api-processes' }, secondsLeft: { type: 'integer', minimum: 0 },
       processID: text, type: { const: 'process' }, jobID: text, status: { enum: ['accepted', 'running', 'successful', 'failed', 'dismissed'] },
       message: text, created: time, started: time, finished: time, updated: time,
       progress: { type: 'integer', minimum: 0, maximum: 100 }, links: linksWith('self'),

@@ -222,9 +222,9 @@ test('/req/job-list/type-, processID-, status-, datetime-, duration-response: a 
 
 test('Every document of the standard was among the answers, and the schemas refuse what is none', () => {
   for (const name of ['landingPage', 'confClasses', 'processList', 'process', 'statusInfo', 'jobList', 'results', 'exception']) assert.ok(seen.has(name), name);
-  const info = { jobID: 'a', type: 'process', status: 'running', started: '2026-01-01T00:00:00Z' };
+  const info = { jobID: 'a', id: 'a', processingEntityType: 'ogc-api-processes', type: 'process', status: 'running', started: '2026-01-01T00:00:00Z' };
   assert.equal(wrongWith('statusInfo', info), '');
-  for (const wrong of [{ ...info, jobID: undefined }, { ...info, status: 'done' }, { ...info, type: 'job' }, { ...info, progress: 101 }, { ...info, created: 'today' },
+  for (const wrong of [{ ...info, jobID: undefined }, { ...info, id: undefined }, { ...info, status: 'done' }, { ...info, type: 'job' }, { ...info, progress: 101 }, { ...info, created: 'today' },
                        { ...info, status: 'successful', progress: 100, finished: '2026-01-01T00:00:00Z', links: [] }]) {
     assert.notEqual(wrongWith('statusInfo', JSON.parse(JSON.stringify(wrong))), '', JSON.stringify(wrong));
   }

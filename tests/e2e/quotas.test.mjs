@@ -98,6 +98,28 @@ test('A key has so much space for its assets and results', async () => {
   }
 });
 
+test('A key has so many uploads under way, and finished ones do not count', async () => {
+  const server = await start('uploads');
+  const create = (who, length) => server.ask('/uploads', {
+    method: 'POST', headers: { 'tus-resumable': '1.0.0', 'upload-length': String(length), ...as(who) },
+  });
+  try {
+    const made = [];
+    for (let n = 0; n < 20; ++n) assert.equal((await create('free', 0)).status, 201);   // finished at once
+    for (let n = 0; n < 100; ++n) made.push(await create('free', 1));
+    assert.ok(made.every(({ status }) => status === 201));
+    const refused = await create('free', 1);
+    assert.deepEqual([refused.status, refused.headers.get('retry-after')], [429, '60']);
+    assert.match((await refused.json()).detail, /You have 100 uploads under way/);
+    assert.equal((await create('few', 1)).status, 201, 'the limit is of one key');
+    const path = new URL(made[0].headers.get('location')).pathname;
+    assert.equal((await server.ask(path, { method: 'DELETE', headers: { 'tus-resumable': '1.0.0', ...as('free') } })).status, 204);
+    assert.equal((await create('free', 1)).status, 201);
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
 test('A bake of too many tiles, or of too large a world, fails before its first tile', async () => {
   const server = await start('bakes');
   try {
@@ -128,6 +150,34 @@ test('The command has these limits too', async () => {
   assert.match(far.stderr, /\/bake\/extent: the longest side of the world is/);
   assert.equal((await bake('--plan', '--most-tiles', String(planned), '--most-extent', '1e6')).code, 0);
   assert.equal((await bake('--most-tiles', '0')).code, 2);
+});
+
+test('Keys come and go without a restart, and a damaged file changes nothing', async () => {
+  const file = join(work, 'changing.json');
+  const old = await makeKey(file, 'artist');
+  const server = await Server.start({ data: join(work, 'changing'), args: ['--keys', file] });
+  const ask = async (key) => (await server.fetch('/jobs', { headers: { authorization: `Bearer ${key}` } })).status;
+  const until = async (key, status) => {
+    for (const end = Date.now() + 60_000; await ask(key) !== status; await sleep(100)) assert.ok(Date.now() < end, `it is not ${status}`);
+  };
+  try {
+    assert.equal(await ask(old), 200);
+    const other = await makeKey(file, 'artist');   // in its place
+    await until(other, 200);
+    assert.equal(await ask(old), 401);
+    await writeFile(file, '{"keys": [');
+    for (const end = Date.now() + 60_000; !server.stderr.includes('those of before are kept'); await sleep(100)) {
+      assert.ok(Date.now() < end, 'the damage is not logged');
+      assert.equal(await ask(other), 200);
+    }
+    assert.match(server.stderr, /changing\.json: is no JSON/);
+    assert.equal(await ask(other), 200);
+    await writeFile(file, '{"keys": []}');   // no key at all would let everybody in
+    await sleep(1500);
+    assert.deepEqual([await ask(other), await ask('hoodoo_0')], [200, 401]);
+  } finally {
+    await server.stop('SIGKILL');
+  }
 });
 
 test('A file of keys tells what is wrong with a limit', async () => {

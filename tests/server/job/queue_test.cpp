@@ -60,6 +60,50 @@ TEST(Queue, RefusesASceneWithAllItsProblemsAndKeepsNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path / "data/checks"));
 }
 
+TEST(Queue, FreesTheKeyOfAJobThatFailedOrWasDismissed) {
+  const TemporaryFolder folder;
+  Queue queue(settings_in(folder), engine_of([](const job::Work& work) -> job::Outcome {
+                if (work.inputs.at("fails").get<bool>()) throw Error(Fault::limit, "", "too much");
+                return until_stopped(work);
+              }));
+  job::Request request{"echo", {{"fails", true}}, 0, "ann", "k"};
+  const auto first = queue.submit(request).job.id;
+  wait_for(queue, first, Status::failed);
+  request.inputs = {{"fails", false}};
+  const auto second = queue.submit(request);
+  ASSERT_EQ(second.kind, Kind::taken);
+  EXPECT_NE(second.job.id, first);
+  EXPECT_EQ(queue.submit(request).job.id, second.job.id);
+  queue.dismiss(second.job.id);
+  EXPECT_EQ(queue.submit(request).kind, Kind::taken);
+  EXPECT_TRUE(queue.find(first)) << "it is kept";
+}
+
+TEST(Queue, GivesTheReportsOfJobsApart) {
+  const TemporaryFolder folder;
+  const auto large = std::string(1 << 20, 'x');
+  const auto run = [&](const job::Work& work) {
+    auto outcome = finished();
+    outcome.report = std::make_shared<const nlohmann::json>(
+        nlohmann::json{{"text", large + work.inputs.at("which").get<std::string>()}});
+    return outcome;
+  };
+  std::vector<std::string> ids;
+  {
+    Queue queue(settings_in(folder), engine_of(run));
+    for (const auto* which : {"a", "b", "c"}) {
+      ids.push_back(queue.submit({"diff-tilesets", {{"which", which}}, 0, "", ""}).job.id);
+    }
+    for (const auto& id : ids) wait_for(queue, id, Status::successful);
+    EXPECT_EQ(queue.report(ids[1])->at("text"), large + "b");
+  }
+  Queue queue(settings_in(folder), engine_of(run));
+  for (const auto& job : all(queue)) EXPECT_EQ(job.outcome.report, nullptr);
+  EXPECT_EQ(queue.find(ids[2])->outcome.report, nullptr);
+  EXPECT_EQ(queue.report(ids[2])->at("text"), large + "c");
+  EXPECT_EQ(queue.report(std::string(32, '0')), nullptr);
+}
+
 TEST(Queue, BakesOneJobAtATimeInTheOrderOfSubmission) {
   const TemporaryFolder folder;
   std::atomic<int> at_once = 0, most = 0;

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <sqlite3.h>
 
+#include <memory>
+#include <nlohmann/json.hpp>
+
 #include "tests/server/temporary_folder.hpp"
 
 using namespace hoodoo;
@@ -130,6 +133,53 @@ TEST_F(JobStore, IsOnDiskAtOnce) {
   EXPECT_EQ(other.first_waiting()->id, std::string(32, 'a'));
   EXPECT_EQ(other.count(Status::accepted), 1U);
   EXPECT_EQ(other.count(Status::accepted, "ann"), 0U);
+}
+
+TEST_F(JobStore, KeepsReportsApart) {
+  auto job = job_of('a');
+  job.owner = "ann";
+  add(job);
+  EXPECT_EQ(store.report(job.id), "");
+  job.status = Status::successful;
+  job.outcome.report = std::make_shared<const nlohmann::json>(nlohmann::json{{"sinks", 3}});
+  store.update(job);
+  EXPECT_EQ(store.report(job.id), R"({"sinks":3})");
+  EXPECT_EQ(store.find(job.id)->outcome.report, nullptr);
+  EXPECT_EQ(store.list({}, at(0)).at(0).outcome.report, nullptr);
+  store.set_bytes(job.id, 100);
+  EXPECT_EQ(store.bytes_of("ann"), 111U) << "the report is counted";
+  store.remove(job.id);
+  EXPECT_EQ(store.report(job.id), "");
+}
+
+TEST(JobStoreOfVersionTwo, HasItsReportsTakenOutOfItsRows) {
+  const TemporaryFolder folder;
+  const auto file = folder.path / "jobs.db";
+  {
+    Store store(file);
+    for (const char letter : {'a', 'b', 'c'}) {
+      auto job = job_of(letter, Status::successful);
+      ASSERT_TRUE(store.insert(job));
+    }
+  }
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database,
+                         "DROP TABLE reports; PRAGMA user_version = 2; "
+                         "UPDATE jobs SET state = json_set(state, '$.report', "
+                         "json('{\"x\": [1.50, \"\u00e9\"]}')) WHERE id LIKE 'a%'; "
+                         "UPDATE jobs SET state = json_set(state, '$.report', null) "
+                         "WHERE id LIKE 'b%'; UPDATE jobs SET state = '{' WHERE id LIKE 'c%';",
+                         nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(database);
+  const Store store(file);
+  EXPECT_EQ(nlohmann::json::parse(store.report(std::string(32, 'a'))),
+            nlohmann::json::parse(R"({"x": [1.50, "\u00e9"]})"));
+  EXPECT_EQ(store.find(std::string(32, 'a'))->status, Status::successful);
+  EXPECT_EQ(store.report(std::string(32, 'b')), "");
+  EXPECT_EQ(store.find(std::string(32, 'b'))->status, Status::successful);
+  EXPECT_EQ(store.find(std::string(32, 'c'))->status, Status::failed) << "one bad row, as before";
 }
 
 TEST_F(JobStore, MakesAFailedJobOfADamagedRow) {
