@@ -56,7 +56,18 @@ std::string ProgressLine::text(const bake::Progress& p) const {
   return line;
 }
 
+void ProgressLine::tell(const bake::Progress& p) {
+  auto told = p;
+  told.finished = std::exchange(waiting_, {});
+  fmt::print(stderr, "{}\n", job::to_json(told).dump());
+}
+
 void ProgressLine::show(const bake::Progress& p) {
+  if (style_ == Style::json) {
+    waiting_.insert(waiting_.end(), p.finished.begin(), p.finished.end());
+    const auto over = std::max(waiting_.size(), job::most_told) - job::most_told;
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(over));
+  }
   const auto now = Clock::now();
   const bool new_phase = p.phase != phase_;
   if (new_phase && p.phase == Phase::tiles) tiles_started_ = now;
@@ -72,7 +83,7 @@ void ProgressLine::show(const bake::Progress& p) {
     std::fflush(stderr);
     drawn_ = true;
   } else if (style_ == Style::json) {
-    fmt::print(stderr, "{}\n", job::to_json(p).dump());
+    tell(p);
   } else {
     fmt::print(stderr, "{}\n", text(p));
   }

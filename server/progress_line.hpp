@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "tiling/bake/bake.hpp"
 
@@ -24,11 +25,13 @@ class ProgressLine {
  private:
   using Clock = std::chrono::steady_clock;
   std::string text(const bake::Progress& progress) const;
+  void tell(const bake::Progress& progress);
 
   Style style_;
   Clock::time_point tiles_started_{}, shown_{};
   bake::Progress::Phase phase_ = bake::Progress::Phase::ingest;
   bool drawn_ = false;
+  std::vector<bake::FinishedTile> waiting_;  // to be told, the newest
 };
 
 }  // namespace hoodoo

@@ -588,6 +588,12 @@ export interface components {
             errors?: components["schemas"]["error"][];
             /** Format: date-time */
             finished?: string;
+            /** @description In events alone: since the one before */
+            finishedTiles?: {
+                /** @description Least and greatest x, y and z in metres of the scene */
+                box: number[];
+                tile: string;
+            }[];
             id: string;
             jobID: string;
             links?: components["schemas"]["links"];

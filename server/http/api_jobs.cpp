@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <charconv>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +10,7 @@
 #include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
 #include "server/http/query.hpp"
+#include "server/job/state.hpp"
 
 /// The routes of jobs.
 namespace hoodoo::http {
@@ -31,10 +33,23 @@ Response redirect(const std::string& target) {
 }
 
 /// Changes whenever what can be seen of the job does.
-std::uint64_t revision(const job::Job& job) {
-  return static_cast<std::uint64_t>(job.updated.time_since_epoch().count());
+std::uint64_t revision(job::Time time) {
+  return static_cast<std::uint64_t>(time.time_since_epoch().count());
 }
+std::uint64_t revision(const job::Job& job) { return revision(job.updated); }
 std::string etag_of(const job::Job& job) { return fmt::format("\"{:x}\"", revision(job)); }
+
+/// Tiles that were finished after the event of this id; all that are remembered where it is none.
+json tiles_since(const job::Job& job, std::string_view event_id) {
+  std::uint64_t known = 0;
+  std::from_chars(event_id.data(), event_id.data() + event_id.size(), known);
+  json tiles = json::array();
+  if (!job.newest) return tiles;
+  for (const auto& [tile, when] : *job.newest) {
+    if (revision(when) > known) tiles.push_back(job::to_json(tile));
+  }
+  return tiles;
+}
 
 }  // namespace
 
@@ -115,9 +130,13 @@ Response Api::events(const Request& request, const Parameters& parameters) {
       state->said = Clock::now();
       return ": still here\n\n";
     }
+    auto told = info(*job);
+    if (auto tiles = tiles_since(*job, state->known); !tiles.empty()) {
+      told["finishedTiles"] = std::move(tiles);
+    }
     state->known = event_id;
     state->said = Clock::now();
-    const auto text = info(*job).dump(-1, ' ', false, json::error_handler_t::replace);
+    const auto text = told.dump(-1, ' ', false, json::error_handler_t::replace);
     return fmt::format("id: {}\nevent: {}\ndata: {}\n\n", event_id, state->ended ? "end" : "status",
                        text);
   };

@@ -58,6 +58,11 @@ constexpr const char* text = R"({
   "processingEntityType": {"type": "string", "enum": ["ogc-api-processes"]},
   "secondsLeft": {"type": "integer", "minimum": 0,
     "description": "An estimate, while tiles are baked and once their pace is known"},
+  "finishedTiles": {"type": "array", "maxItems": 256, "description": "In events alone: since the one before",
+    "items": {"type": "object", "required": ["tile", "box"], "properties": {
+      "tile": {"type": "string", "pattern": "^[0-9]+/-?[0-9]+/-?[0-9]+$"},
+      "box": {"type": "array", "minItems": 6, "maxItems": 6, "items": {"type": "number"},
+        "description": "Least and greatest x, y and z in metres of the scene"}}}},
   "processID": {"type": "string"}, "type": {"type": "string", "enum": ["process"]},
   "jobID": {"type": "string", "pattern": "^[0-9a-f]{32}$"},
   "status": {"$ref": "#/components/schemas/statusCode"},

@@ -66,6 +66,15 @@ struct Outcome {
   std::shared_ptr<const nlohmann::json> report;
 };
 
+/// Of the tiles that a bake finishes so many are told at most, the newest.
+inline constexpr std::size_t most_told = 256;
+
+/// A tile and when it was heard of.
+struct HeardTile {
+  bake::FinishedTile tile;
+  Time when;
+};
+
 /// What is known of one job.
 struct Job {
   std::string id;            // 32 lower-case hexadecimal digits
@@ -81,7 +90,8 @@ struct Job {
   Bounds bounds;
   Time created{}, updated{};  // `updated` grows with every change that can be seen
   std::optional<Time> started, finished;
-  std::optional<std::uint64_t> seconds_left;  // an estimate, while its tiles are baked
+  std::optional<std::uint64_t> seconds_left;             // an estimate, while its tiles are baked
+  std::shared_ptr<const std::vector<HeardTile>> newest;  // tiles of a running bake; null: none
   Outcome outcome;
   std::optional<Fault> fault;     // why it failed
   std::vector<Problem> problems;  // empty unless it failed

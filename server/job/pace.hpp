@@ -1,9 +1,13 @@
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "server/job/job.hpp"
 
@@ -39,5 +43,15 @@ class Pace {
   };
   std::deque<Look> looks_;  // oldest first
 };
+
+/// Adds to the tiles of a job that are told, of which listeners have copies.
+inline void hear(Job& job, const std::vector<bake::FinishedTile>& tiles) {
+  if (tiles.empty()) return;
+  auto newest = job.newest ? *job.newest : std::vector<HeardTile>();
+  for (const auto& tile : tiles) newest.push_back({tile, job.updated});
+  const auto over = std::max(newest.size(), most_told) - most_told;
+  newest.erase(newest.begin(), newest.begin() + static_cast<std::ptrdiff_t>(over));
+  job.newest = std::make_shared<const std::vector<HeardTile>>(std::move(newest));
+}
 
 }  // namespace hoodoo::job

@@ -334,7 +334,9 @@ void Queue::run(Entry& entry, const std::stop_token& stop) {
       const std::lock_guard guard(mutex_);
       if (entry.job.status != Status::running) return;
       entry.job.outcome.progress = progress;
+      entry.job.outcome.progress.finished.clear();
       touch(entry.job);
+      hear(entry.job, progress.finished);
       entry.job.seconds_left = entry.pace.seconds_left(entry.job.updated, progress);
     };
     auto outcome = engine_.run(work);

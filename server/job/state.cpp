@@ -84,14 +84,26 @@ std::string name_of(Fault fault) { return word_of(faults, fault); }
 Status status_of(std::string_view name) { return value_of(statuses, name); }
 Fault fault_of(std::string_view name) { return value_of(faults, name); }
 
+json to_json(const bake::FinishedTile& tile) {
+  const auto& [low, high] = tile.box;
+  return {{"tile", tile.key.text()},
+          {"box", json::array({low.x, low.y, low.z, high.x, high.y, high.z})}};
+}
+
+bake::FinishedTile finished_from(const json& value) {
+  const auto key = plan::Key::parse(value.at("tile").get<std::string>());
+  const auto box = value.at("box").get<std::array<double, 6>>();
+  if (!key) throw Error(Fault::bad_input, "", "tells of a tile that is none");
+  return {*key, {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}}};
+}
+
 json to_json(const bake::Progress& progress) {
-  return {{"phase", word_of(phases, progress.phase)},
-          {"ingest", progress.ingest},
-          {"done", progress.done},
-          {"total", progress.total},
-          {"reused", progress.reused},
-          {"cached", progress.cached},
-          {"triangles", progress.triangles},
+  json finished = json::array();
+  for (const auto& tile : progress.finished) finished.push_back(to_json(tile));
+  return {{"finished", std::move(finished)}, {"phase", word_of(phases, progress.phase)},
+          {"ingest", progress.ingest},       {"done", progress.done},
+          {"total", progress.total},         {"reused", progress.reused},
+          {"cached", progress.cached},       {"triangles", progress.triangles},
           {"bytes", progress.bytes}};
 }
 
@@ -106,6 +118,9 @@ bake::Progress progress_from(const json& value) {
     value.at("cached").get_to(progress.cached);
     value.at("triangles").get_to(progress.triangles);
     value.at("bytes").get_to(progress.bytes);
+    if (const auto found = value.find("finished"); found != value.end()) {
+      for (const auto& tile : *found) progress.finished.push_back(finished_from(tile));
+    }
   } catch (const json::exception& error) {
     throw Error(Fault::bad_input, "", error.what());
   }

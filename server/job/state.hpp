@@ -18,6 +18,8 @@ Fault fault_of(std::string_view name);
 Event event_of(std::string_view name);
 
 /// One line of what `hoodoo bake --progress json` tells.
+/// {"tile": "L/X/Y", "box": [least x, y, z, greatest x, y, z]}, in metres of the scene's frame.
+nlohmann::json to_json(const bake::FinishedTile& tile);
 nlohmann::json to_json(const bake::Progress& progress);
 /// Errors: bad_input.
 bake::Progress progress_from(const nlohmann::json& value);

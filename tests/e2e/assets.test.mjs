@@ -64,7 +64,7 @@ test('It is told which of some assets are there', async () => {
   for (const query of ['', 'id', 'id=', 'id=x', `id=${nameOf(dem)},`, `id=,${nameOf(dem)}`, `id=${nameOf(dem)}&x=1`, 'id=../jobs.db', `id=${many}`]) {
     const response = await server.fetch(`/assets?${query}`);
     assert.equal(response.status, 400, query);
-    assert.equal((await response.json()).errors[0].pointer, 'id', query);
+    assert.equal((await response.json()).errors[0].parameter, 'id', query);
   }
 });
 

@@ -1,6 +1,6 @@
 /** What a job survives, and what it leaves: crashes, limits, cancelling, servers that are killed again and again. */
 import assert from 'node:assert/strict';
-import { readdir } from 'node:fs/promises';
+import { readdir, readFile } from 'node:fs/promises';
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { DatabaseSync } from 'node:sqlite';
@@ -154,6 +154,23 @@ test('A long bake tells how much time is left, once that is known', async () => 
   assert.equal(seen[0].secondsLeft, undefined);
   await server.fetch(`/jobs/${id}`, { method: 'DELETE' });
   assert.equal((await server.json(`/jobs/${id}`)).secondsLeft, undefined);
+});
+
+test('Events tell which tiles are finished and where, each once', async () => {
+  const id = await server.submit(long());
+  const events = async (headers = {}) => (await (await server.fetch(`/jobs/${id}/events`, { headers })).text()).split('\n\n')
+    .filter((event) => event.startsWith('id: '))
+    .map((event) => ({ id: event.match(/^id: (.+)$/m)[1], tiles: JSON.parse(event.match(/^data: (.+)$/m)[1]).finishedTiles ?? [] }));
+  const seen = await events();
+  const tiles = seen.flatMap((event) => event.tiles);
+  assert.ok(seen.filter((event) => event.tiles.length > 0).length > 2, 'they come while it bakes');
+  assert.equal(new Set(tiles.map(({ tile }) => tile)).size, tiles.length);
+  const baked = new Map(JSON.parse(await readFile(join(outOf(id), 'bake.json'), 'utf8')).tiles.map(({ key, box }) => [key, box]));
+  for (const { tile, box } of tiles) assert.deepEqual(box, baked.get(tile), tile);
+  assert.ok(tiles.length > baked.size / 2, `${tiles.length} of ${baked.size}`);
+  const middle = seen.findIndex((event) => event.tiles.length > 0);
+  const later = (await events({ 'last-event-id': seen[middle].id })).flatMap((event) => event.tiles);
+  assert.ok(seen[middle].tiles.every(({ tile }) => !later.some((other) => other.tile === tile)), 'what was seen is not told again');
 });
 
 test('Whatever moment a server and its worker are killed at, jobs go on, to the same bytes', { timeout: 600_000 }, async () => {

@@ -50,6 +50,7 @@ const $defs = {
     // Of the draft of 2.0: id, processingEntityType.
     ...object(['jobID', 'type', 'status', 'id', 'processingEntityType'], {
       id: text, processingEntityType: { const: 'ogc-api-processes' }, secondsLeft: { type: 'integer', minimum: 0 },
+      finishedTiles: { type: 'array', maxItems: 256, items: object(['tile', 'box'], { tile: text, box: { type: 'array', minItems: 6, maxItems: 6, items: { type: 'number' } } }) },
       processID: text, type: { const: 'process' }, jobID: text, status: { enum: ['accepted', 'running', 'successful', 'failed', 'dismissed'] },
       message: text, created: time, started: time, finished: time, updated: time,
       progress: { type: 'integer', minimum: 0, maximum: 100 }, links: linksWith('self'),

@@ -64,7 +64,7 @@ http::ApiSettings settings_of(const fs::path& folder, bool has_keys) {
   settings.roots = {folder};
   settings.hidden = {folder.string() + "/"};
   settings.scene_schema = [] { return json::object(); };
-  if (has_keys) settings.keys = http::Keys::read(folder / "keys.json");
+  if (has_keys) settings.keys = http::KeyRing(folder / "keys.json");
   return settings;
 }
 
@@ -78,7 +78,11 @@ class Server {
         api_(queue_, assets_, uploads_, settings_of(folder, has_keys)),
         thread_([this](const std::stop_token& stop) {
           listener_.run({[this](http::Request request) { return api_.answer(std::move(request)); },
-                         &http::Api::takes_body},
+                         &http::Api::takes_body,
+                         [this](http::Request request, http::Response& response,
+                                http::Api::Clock::time_point since) {
+                           api_.note(std::move(request), response, since);
+                         }},
                         stop);
         }) {}
   int port() const { return listener_.port(); }

@@ -34,6 +34,7 @@ class Watch {
     const std::lock_guard lock(mutex_);
     change(progress_);
     if (settings_.progress) settings_.progress(progress_);
+    progress_.finished.clear();
   }
   Progress progress() const {
     const std::lock_guard lock(mutex_);
@@ -248,6 +249,7 @@ class Run {
       p.cached += source == Source::cache ? 1 : 0;
       p.triangles += record->triangles;
       p.bytes += record->bytes;
+      if (!record->empty) p.finished.push_back({tile.key(), record->box});
       tile.slice = hash;
       tile.finished = true;
       tile.empty = record->empty;

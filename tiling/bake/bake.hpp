@@ -8,12 +8,19 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/box.hpp"
 #include "engine/scene/scene.hpp"
 #include "tiling/bake/stats.hpp"
 #include "tiling/plan/plan.hpp"
 
 /// tiling/bake: all stages in order. Read bake.cpp first.
 namespace hoodoo::bake {
+
+/// A tile that is finished and not empty.
+struct FinishedTile {
+  plan::Key key;
+  Box box;  // of surface and skirt [m], scene frame
+};
 
 /// How far a bake is.
 struct Progress {
@@ -23,6 +30,7 @@ struct Progress {
   std::uint64_t reused = 0;           // of `done`, those found finished, here or in Settings::reuse
   std::uint64_t cached = 0;           // of `done`, those taken from the cache
   std::uint64_t triangles = 0, bytes = 0;
+  std::vector<FinishedTile> finished;  // since the report before
 };
 
 struct Settings {
