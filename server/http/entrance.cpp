@@ -13,6 +13,7 @@
 #include <chrono>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "engine/base/error.hpp"
 #include "server/http/log.hpp"
@@ -63,13 +64,17 @@ bool Entrance::make_room() {
   return true;
 }
 
-bool Entrance::place(int socket, const std::function<void(int socket)>& serve) {
-  const auto served = [this, socket, &serve] {
-    serve(socket);
-    --open_;
+bool Entrance::place(int socket, const Serve& serve) {
+  const auto begins = [&] {
+    // From now on, not from when its thread has come to it: else a crowd could not make way.
+    auto first = std::make_shared<WaitingConnections::Turn>(waiting_, socket);
+    return threads_.run([this, socket, &serve, first = std::move(first)]() mutable {
+      serve(socket, std::move(first));
+      --open_;
+    });
   };
   ++open_;
-  while (!threads_.run(served)) {
+  while (!begins()) {
     if (!make_room()) {
       --open_;
       return false;
@@ -110,8 +115,8 @@ void Entrance::find_descriptor(int listening, const std::string& refusal) {
   if (spare_ < 0) std::this_thread::sleep_for(until_descriptors_end);
 }
 
-void Entrance::run(int listening, const std::function<void(int socket)>& serve,
-                   const std::string& refusal, const std::stop_token& stop) {
+void Entrance::run(int listening, const Serve& serve, const std::string& refusal,
+                   const std::stop_token& stop) {
   ::fcntl(listening, F_SETFL, ::fcntl(listening, F_GETFL) | O_NONBLOCK);
   auto complain_from = std::chrono::steady_clock::now();
   int error = 0;

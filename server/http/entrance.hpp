@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <stop_token>
 #include <string>
 
@@ -29,10 +30,14 @@ class Entrance {
   Entrance(const Entrance&) = delete;
   Entrance& operator=(const Entrance&) = delete;
 
-  /// `serve` owns its socket, on a thread of its own; `refusal` is all that one hears that is
-  /// refused. Returns when the listening socket is shut down after `stop`, and all have ended.
-  /// Errors: io.
-  void run(int listening, const std::function<void(int socket)>& serve, const std::string& refusal,
+  /// A wait for a request, which ends before the socket is closed.
+  using Turn = std::shared_ptr<WaitingConnections::Turn>;
+  using Serve = std::function<void(int socket, Turn first)>;
+
+  /// `serve` owns its socket, on a thread of its own, and waits since it was accepted; `refusal` is
+  /// all that one hears that is refused. Returns when the listening socket is shut down after
+  /// `stop`, and all have ended. Errors: io.
+  void run(int listening, const Serve& serve, const std::string& refusal,
            const std::stop_token& stop);
 
   WaitingConnections& waiting() { return waiting_; }
@@ -40,7 +45,7 @@ class Entrance {
   ConnectionCounts counts() const;
 
  private:
-  bool place(int socket, const std::function<void(int socket)>& serve);
+  bool place(int socket, const Serve& serve);
   bool make_room();
   void refuse(int socket, const std::string& refusal);
   void find_descriptor(int listening, const std::string& refusal);

@@ -11,6 +11,7 @@
 #include <cctype>
 #include <chrono>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -191,7 +192,7 @@ struct Listener::Server : httplib::Server {
  private:
   void refuse_or_route(const Service& service, const std::stop_token& stop);
   void expect(const Service& service, const std::stop_token& stop);
-  void converse(socket_t socket, const Service& service);
+  void converse(socket_t socket, Entrance::Turn turn, const Service& service);
 
   std::atomic<std::size_t> held_ = 0;  // [bytes] of bodies and their answers
 };
@@ -297,15 +298,13 @@ void Listener::Server::configure() {
 
 /// Serves one connection. The library's own way trusts heads more, and loses requests that come in
 /// one packet.
-void Listener::Server::converse(socket_t socket, const Service& service) {
+void Listener::Server::converse(socket_t socket, Entrance::Turn turn, const Service& service) {
   RequestStream stream(socket);
   const auto stopping = [this] { return svr_sock_ == INVALID_SOCKET; };
-  const auto next_request = [&] {
-    const WaitingConnections::Turn turn(entrance.waiting(), socket);
-    return stream.next(stopping);
-  };
   for (std::size_t left = keep_alive_max_count_; left > 0; --left) {
-    const auto next = next_request();
+    if (!turn) turn = std::make_shared<WaitingConnections::Turn>(entrance.waiting(), socket);
+    const auto next = stream.next(stopping);
+    turn.reset();
     if (std::holds_alternative<RequestStream::Over>(next)) break;
     if (const auto* refusal = std::get_if<Refusal>(&next)) {
       stream.write(last_words(
@@ -329,7 +328,10 @@ void Listener::Server::take_connections(const Service& service, const std::stop_
       ::shutdown(listening, SHUT_RDWR);
     });
     entrance.run(
-        listening, [this, &service](int socket) { converse(socket, service); },
+        listening,
+        [this, &service](int socket, Entrance::Turn first) {
+          converse(socket, std::move(first), service);
+        },
         last_words(too_many()), stop);
   }
   svr_sock_ = INVALID_SOCKET;

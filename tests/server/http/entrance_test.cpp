@@ -7,17 +7,18 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "tests/server/http/few_descriptors.hpp"
 
 using namespace hoodoo;
 using namespace std::chrono_literals;
 using http::Entrance;
-using http::WaitingConnections;
 
 namespace {
 
@@ -61,7 +62,8 @@ class Entering : public testing::Test {
     thread_ = std::jthread([this](const std::stop_token& stop) {
       const std::stop_callback end(stop, [this] { ::shutdown(listening_, SHUT_RDWR); });
       entrance.run(
-          listening_, [this](int socket) { serve(socket); }, "full", stop);
+          listening_, [this](int socket, Entrance::Turn first) { serve(socket, std::move(first)); },
+          "full", stop);
     });
   }
   ~Entering() override {
@@ -84,15 +86,15 @@ class Entering : public testing::Test {
 
   sockaddr_in address{};
   Entrance entrance{2};
+  std::atomic<std::chrono::milliseconds> until_served = 0ms;  // of a connection with a thread
 
  private:
-  void serve(int socket) {
+  void serve(int socket, Entrance::Turn turn) {
     char said = 0;
-    {
-      const WaitingConnections::Turn turn(entrance.waiting(), socket);
-      ::send(socket, "+", 1, MSG_NOSIGNAL);
-      ::recv(socket, &said, 1, 0);
-    }
+    std::this_thread::sleep_for(until_served.load());
+    ::send(socket, "+", 1, MSG_NOSIGNAL);
+    ::recv(socket, &said, 1, 0);
+    turn.reset();
     if (said == 'w') ::send(socket, "w", 1, MSG_NOSIGNAL);
     while (said == 'w' && works_) std::this_thread::sleep_for(10ms);
     ::close(socket);
@@ -114,6 +116,17 @@ TEST_F(Entering, TheOneGoesThatHasWaitedLongestWhenThereAreTooMany) {
   const auto counts = entrance.counts();
   EXPECT_EQ(counts.accepted, 4U);
   EXPECT_EQ(counts.dropped, 2U);
+  EXPECT_EQ(counts.refused, 0U);
+}
+
+TEST_F(Entering, WhoHasJustComeMakesWayToo) {
+  until_served = 100ms;
+  std::array<Client, 6> crowd;
+  for (const auto& one : crowd) one.open(address);
+  EXPECT_EQ(crowd.back().read(1), "+");
+  const auto counts = entrance.counts();
+  EXPECT_EQ(counts.accepted, 6U);
+  EXPECT_EQ(counts.dropped, 4U);
   EXPECT_EQ(counts.refused, 0U);
 }
 
