@@ -13,6 +13,7 @@
 #include "engine/scene/sample.hpp"
 #include "engine/scene/scene.hpp"
 #include "server/commands.hpp"
+#include "server/http/openapi.hpp"
 #include "server/resources.hpp"
 #include "tiling/glb/glb.hpp"
 #include "tiling/tileset/manifest.hpp"
@@ -166,13 +167,16 @@ void add_schema(CLI::App& app, int* exit) {
   const std::map<std::string, std::string (*)()> schemas{
       {"scene", [] { return scene::schema().dump(2) + "\n"; }},
       {"nodes", scene::node_reference},
-      {"tools", scene::tool_reference}};
+      {"tools", scene::tool_reference},
+      {"openapi", [] { return http::openapi("http://127.0.0.1:8080").dump(2) + "\n"; }}};
   auto which = std::make_shared<std::string>("scene");
-  auto* command =
-      app.add_subcommand("schema", "Print the JSON Schema of a scene, or a reference page");
+  auto* command = app.add_subcommand(
+      "schema", "Print the JSON Schema of a scene, the API's document, or a reference page");
   command
-      ->add_option("which", *which,
-                   "scene; or the reference of nodes, or of tools: brushes and generators")
+      ->add_option(
+          "which", *which,
+          "scene; openapi, of the HTTP API; or the reference of nodes, or of tools: brushes "
+          "and generators")
       ->check(CLI::IsMember(schemas))
       ->capture_default_str();
   command->callback([=] {

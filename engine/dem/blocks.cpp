@@ -20,7 +20,7 @@ Error unreadable(const TiffFile& file, const Layout& layout, std::int64_t column
   const auto end =
       TIFFGetStrileOffset(file.get(), block) + TIFFGetStrileByteCount(file.get(), block);
   const bool cut = end > file.bytes();
-  return file.error(cut ? Fault::bad_input : Fault::io,
+  return file.error(Fault::bad_input,
                     fmt::format("{}cannot be decoded in pixels {} to {}, rows {} to {}",
                                 cut ? "is cut short: " : "", column * layout.block_width,
                                 std::min(layout.width, (column + 1) * layout.block_width) - 1,

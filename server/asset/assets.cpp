@@ -97,15 +97,14 @@ Space Assets::reserve(std::uint64_t bytes) {
   const auto taken = used() + reserved_;
   if (taken > most_ || bytes > most_ - taken) {
     throw Error(Fault::io, "",
-                fmt::format("of {} bytes for assets {} are taken; there is no space for {} more",
-                            most_, taken, bytes));
+                fmt::format("there is {} for {} bytes: of {} bytes for assets {} are taken",
+                            no_space, bytes, most_, taken));
   }
   const auto left = left_on_disk(uploads_);
   if (left < free_space_ || bytes > left - free_space_) {
-    throw Error(
-        Fault::io, "",
-        fmt::format("the disk has no space for {} bytes: it has {} left, and {} are kept free",
-                    bytes, left, free_space_));
+    throw Error(Fault::io, "",
+                fmt::format("the disk has {} for {} bytes: it has {} left, and {} are kept free",
+                            no_space, bytes, left, free_space_));
   }
   reserved_ += bytes;
   return {new std::uint64_t(bytes), [this](const std::uint64_t* held) {

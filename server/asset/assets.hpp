@@ -22,6 +22,9 @@ std::string name_of(const Digest& digest);
 /// the assets are.
 using Space = std::shared_ptr<const std::uint64_t>;
 
+/// What every error says that tells of a lack of it.
+inline constexpr std::string_view no_space = "no space";
+
 /// Bytes that may still be written to the disk of a folder.
 std::uint64_t left_on_disk(const std::filesystem::path& folder);
 

@@ -99,7 +99,7 @@ std::string job_of(const Request& request, const Response& response) {
 void tag(const Request& request, Response& response) {
   const bool reading = request.method == "GET" || request.method == "HEAD";
   if (!reading || response.status != 200 || response.body.empty()) return;
-  if (!response.header("ETag").empty()) return;
+  if (!response.header("ETag").empty() || response.header("Cache-Control") == "no-store") return;
   const auto etag = "\"" + sha256(response.body).hex().substr(0, 32) + "\"";
   response.headers.emplace_back("ETag", etag);
   if (!lists(request.header("if-none-match"), etag)) return;
@@ -198,8 +198,13 @@ Response Api::answer(Request request) {
     return response;
   }
   if (response.later) {
-    response.later = [end, later = std::move(response.later)](bool at_once) {
-      auto ready = later(at_once);
+    response.later = [end, guarded, later = std::move(response.later)](bool at_once) {
+      std::optional<Response> ready;
+      auto failed = guarded([&] {
+        ready = later(at_once);
+        return Response();
+      });
+      if (failed.status != 200) ready = std::move(failed);
       if (ready) end(*ready);
       return ready;
     };
@@ -214,16 +219,17 @@ std::optional<Response> Api::refusal_of_condition(const Request& request) {
   const auto wanted = request.header("if-match");
   const bool reading = request.method == "GET" || request.method == "HEAD";
   if (wanted.empty() || reading || request.method == "OPTIONS") return std::nullopt;
-  Request head = request;
+  Request head;
   head.method = "HEAD";
+  head.path = request.path;
+  head.headers = request.headers;
   for (const auto* name : {"if-none-match", "prefer", "range"}) head.headers.erase(name);
   std::string_view pattern;
   auto now = route(head, pattern);
   tag(head, now);
   const auto etag = now.header("ETag");
-  if (now.status == 200 && !etag.empty() && lists(wanted, etag, Comparison::strong)) {
-    return std::nullopt;
-  }
+  const bool is_meant = wanted == "*" || lists(wanted, etag, Comparison::strong);
+  if (now.status == 200 && is_meant) return std::nullopt;
   return problem(412, "What is there is not what If-Match says.");
 }
 
@@ -252,8 +258,9 @@ void Api::note(Request request, Response& response, Clock::time_point since) {
 
 Response Api::of_error(const Error& error, const std::string& request_id) const {
   const auto seen = shown(error.fault, error.problems, settings_.hidden);
-  if (status_of(error.fault) >= 500) log_fault(error.what(), request_id);
-  return problem(status_of(error.fault), "The request could not be carried out.", seen);
+  const int status = status_of(error.fault, error.problems);
+  if (status >= 500) log_fault(error.what(), request_id);
+  return problem(status, "The request could not be carried out.", seen);
 }
 
 /// The answer to a request without a key that this route needs. Notes whose key it has.

@@ -139,7 +139,7 @@ class Api {
                       int status) const;
   std::optional<Response> callback_refusal(const job::Subscriber& subscriber, bool async) const;
   Response validate(const job::Request& wanted, bool raw);
-  References references() const;
+  References references(const Request& request) const;
   std::variant<asset::Upload, Response> upload_of(const Request& request,
                                                   std::string_view id) const;
   nlohmann::json info(const job::Job& job) const;

@@ -35,13 +35,21 @@ std::optional<Response> echo_refusal(const job::Request& wanted, bool async) {
                                                most_kept, size)}});
 }
 
+constexpr std::chrono::seconds patience_with_checks{10};
+
+Response checks_busy() {
+  auto refusal = problem(503, "As many scenes are looked at as may be at once.");
+  refusal.headers.emplace_back("Retry-After", "5");
+  return refusal;
+}
+
 bool is_baked(const std::optional<job::Job>& job) {
   return job && job->status == job::Status::successful && job->process == job::bake_process;
 }
 
 }  // namespace
 
-References Api::references() const {
+References Api::references(const Request& request) const {
   return {settings_.base, settings_.roots,
           [this](std::string_view name) {
             std::optional<std::filesystem::path> folder;
@@ -49,8 +57,11 @@ References Api::references() const {
             if (is_baked(job)) folder = queue_.results(name);
             return job ? folder : settings_.tilesets.folder(name);
           },
-          [this](std::string_view id) -> std::optional<std::filesystem::path> {
-            if (!is_baked(queue_.find(id))) return std::nullopt;
+          [this, &request](std::string_view id, bool read) -> std::optional<std::filesystem::path> {
+            const auto job = queue_.find(id);
+            if (!is_baked(job)) return std::nullopt;
+            const bool may_read = request.all_owners || job->owner == request.owner;
+            if (read && !may_read) return std::nullopt;
             return queue_.results(id).parent_path() / "scene.json";
           },
           [] {}};
@@ -71,7 +82,7 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   // Parsed it takes many times its size.
   std::unique_lock turn(large_, std::defer_lock);
   if (request.body.size() > most_paused) turn.lock();
-  auto references = this->references();
+  auto references = this->references(request);
   references.before_reading = [&turn] {
     if (!turn.owns_lock()) turn.lock();
   };
@@ -79,6 +90,7 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   try {
     execution = read_execution(parameters[0], request, references);
   } catch (const Error& error) {
+    if (error.fault == Fault::internal || error.fault == Fault::io) throw;
     return problem(error.fault == Fault::limit ? 413 : 400,
                    "The body must be {\"inputs\": {...}} with the inputs of the process.",
                    shown(error.fault, error.problems, settings_.hidden));
@@ -135,9 +147,10 @@ std::optional<Response> Api::callback_refusal(const job::Subscriber& subscriber,
 
 /// A scene with problems is a good answer of this process.
 Response Api::validate(const job::Request& wanted, bool raw) {
+  const Turn turn(checks_, patience_with_checks);
+  if (!turn) return checks_busy();
   std::vector<Problem> found;
   try {
-    const Turn turn(checks_);
     found = queue_.check(wanted.inputs.at("scene"));
   } catch (const Error& error) {
     if (error.fault == Fault::internal || error.fault == Fault::io) throw;
@@ -156,8 +169,9 @@ Response Api::validate(const job::Request& wanted, bool raw) {
 }
 
 Response Api::submit(const job::Request& wanted) {
+  const Turn turn(checks_, patience_with_checks);
+  if (!turn) return checks_busy();
   try {
-    const Turn turn(checks_);
     return answer_to(queue_.submit(wanted));
   } catch (const Error& error) {
     if (error.fault != Fault::bad_input) throw;

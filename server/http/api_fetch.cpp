@@ -8,6 +8,7 @@
 #include "server/http/fetch.hpp"
 #include "server/http/problem.hpp"
 #include "server/http/tokens.hpp"
+#include "server/http/turn.hpp"
 
 /// POST /assets: what others have at an address.
 namespace hoodoo::http {
@@ -50,22 +51,6 @@ Wanted wanted_of(const std::string& text) {
   return wanted;
 }
 
-/// A turn among those who fetch at once, if there is one left.
-class Turn {
- public:
-  explicit Turn(std::counting_semaphore<>& all) : all_(all), mine_(all.try_acquire()) {}
-  ~Turn() {
-    if (mine_) all_.release();
-  }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-  explicit operator bool() const { return mine_; }
-
- private:
-  std::counting_semaphore<>& all_;
-  const bool mine_;
-};
-
 }  // namespace
 
 /// Answers when all of it is here, so that nobody has to ask again.
@@ -84,7 +69,7 @@ Response Api::fetch_asset(const Request& request, const Parameters&) {
     const auto bytes = std::filesystem::file_size(assets_.file(*wanted.digest), none);
     return note_asset(request, *wanted.digest, bytes, 200);
   }
-  const Turn turn(fetches_);
+  const Turn turn(fetches_, std::chrono::milliseconds(0));
   if (!turn) {
     auto busy = problem(503, "As much is fetched as may be at once.");
     busy.headers.emplace_back("Retry-After", "5");

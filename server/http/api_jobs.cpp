@@ -37,7 +37,9 @@ std::uint64_t revision(job::Time time) {
   return static_cast<std::uint64_t>(time.time_since_epoch().count());
 }
 std::uint64_t revision(const job::Job& job) { return revision(job.updated); }
-std::string etag_of(const job::Job& job) { return fmt::format("\"{:x}\"", revision(job)); }
+std::string etag_of(const job::Job& job) {
+  return fmt::format("\"{}-{:x}\"", job.id, revision(job));
+}
 
 /// Tiles that were finished after the event of this id; all that are remembered where it is none.
 json tiles_since(const job::Job& job, std::string_view event_id) {
@@ -213,7 +215,8 @@ std::vector<Problem> Api::visible(const job::Job& job) const {
 /// A failed job's results answer with the kind of its failure: OGC 18-062r2, 7.11.
 Response Api::unfinished(const job::Job& job) const {
   if (job.status == job::Status::failed) {
-    return problem(status_of(job.fault.value_or(Fault::internal)), "The job failed.", visible(job));
+    return problem(status_of(job.fault.value_or(Fault::internal), job.problems), "The job failed.",
+                   visible(job));
   }
   if (job.status == job::Status::dismissed) return problem(409, "The job was cancelled.");
   return problem(404, "The job has not finished.", {},

@@ -123,6 +123,11 @@ Response Api::create_upload(const Request& request, const Parameters&) {
   auto created = uploads_.create(*length, wanted, request.owner);
   if (const auto* full = std::get_if<asset::Uploads::Full>(&created)) return is_full(*full);
   auto& upload = std::get<asset::Upload>(created);
+  // Others of the same key may have come meanwhile; this one is counted now.
+  if (auto refused = space_refusal(request, 0)) {
+    uploads_.remove(upload.id);
+    return std::move(*refused);
+  }
   const auto turn = *length == 0 ? uploads_.take(upload.id) : nullptr;
   if (turn) upload = turn->end();  // there is nothing to wait for
   note_asset(upload);

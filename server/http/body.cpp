@@ -8,7 +8,7 @@ Received receive(const Pieces& pieces, const std::stop_token& stop, const UsePie
   using Clock = std::chrono::steady_clock;
   constexpr auto least = least_rate * static_cast<std::size_t>(body_patience.count());
   auto end = Received::broken;
-  auto idle_since = Clock::now();
+  auto idle_since = Clock::now(), refused_at = idle_since;
   Clock::duration waited{0};
   std::size_t came = 0, passed_over = 0;  // `came` while that was waited
   std::exception_ptr thrown;
@@ -29,7 +29,8 @@ Received receive(const Pieces& pieces, const std::stop_token& stop, const UsePie
     }
     if (end == Received::refused) {
       passed_over += piece.size();
-      return passed_over <= most_passed_over;
+      idle_since = Clock::now();
+      return passed_over <= most_passed_over && idle_since - refused_at < body_patience;
     }
     try {
       if (!use(piece)) end = Received::refused;
@@ -37,7 +38,7 @@ Received receive(const Pieces& pieces, const std::stop_token& stop, const UsePie
       thrown = std::current_exception();
       end = Received::refused;
     }
-    idle_since = Clock::now();
+    idle_since = refused_at = Clock::now();
     return true;
   });
   if (thrown) std::rethrow_exception(thrown);

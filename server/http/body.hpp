@@ -15,8 +15,8 @@ namespace hoodoo::http {
 inline constexpr std::chrono::seconds body_patience{10};
 inline constexpr std::size_t least_rate = 4096;  // [bytes / s]
 
-/// Of a body that nobody wants any more so much is passed over: a sender who is still busy with it
-/// when the connection closes may not hear why.
+/// Of a body that nobody wants any more so much is passed over, and for no longer than
+/// `body_patience`: a sender who is still busy with it when the connection closes may not hear why.
 inline constexpr std::size_t most_passed_over = 64u << 20;  // [bytes]
 
 /// Bodies and what is answered to them take no more memory than this, all together.

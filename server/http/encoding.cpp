@@ -224,7 +224,8 @@ void Encoder::apply(const Request& request, Response& response) {
   }
   if (response.status != 200 || size < least || size > most) return;
   if (!request.header("range").empty()) return;
-  response.body = *encoded(response, tag, coding);
+  response.text = encoded(response, tag, coding);
+  response.body.clear();
   if (response.part) {
     response.part.reset();
     std::erase_if(response.headers,

@@ -32,8 +32,8 @@ std::string_view without_coding(std::string_view etag);
 ///
 /// What of JSON, text, script and drawings has 1 KiB to 8 MiB, of a whole answer (200) to a request
 /// without a range. Files and large documents are encoded once and kept in memory, up to
-/// `most_kept` bytes; the least used goes first. A few are encoded at a time, so that a crowd takes
-/// the memory of a few.
+/// `most_kept` bytes; the least used goes first. A few are encoded at a time, and what is kept is
+/// sent from where it is, so that a crowd takes the memory of a few.
 class Encoder {
  public:
   explicit Encoder(std::size_t most_kept = 16u << 20) : most_kept_(most_kept) {}

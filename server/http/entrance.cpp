@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto patience_with_dropped = 1s;  // until its thread is free
-constexpr int patience_with_refused = 50;   // [ms]
+constexpr int patience_with_refused = 10;   // [ms]
 constexpr auto until_descriptors_end = 50ms;
 constexpr auto between_complaints = 10s;
 
@@ -84,11 +84,12 @@ bool Entrance::place(int socket, const Serve& serve) {
   return true;
 }
 
-/// Without waiting for it, but so that a client who has sent its request can read why: what is
-/// closed while bytes are unread is reset.
-void Entrance::refuse(int socket, const std::string& refusal) {
+/// So that a client who has just sent its request can read why: what is closed while bytes are
+/// unread is reset. Others wait to be taken meanwhile, so not for long.
+void Entrance::refuse(int socket, const Refusal& refusal) {
   ++refused_;
-  ::send(socket, refusal.data(), refusal.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  const auto words = refusal();
+  ::send(socket, words.data(), words.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   ::shutdown(socket, SHUT_WR);
   pollfd one{socket, POLLIN, 0};
   std::array<char, 4096> sent;
@@ -100,7 +101,7 @@ void Entrance::refuse(int socket, const std::string& refusal) {
 
 /// A connection cannot be taken for want of a descriptor: one that waits gives up its own, or else
 /// the spare one serves to refuse.
-void Entrance::find_descriptor(int listening, const std::string& refusal) {
+void Entrance::find_descriptor(int listening, const Refusal& refusal) {
   const auto open = open_.load();
   if (make_room()) {
     for (auto left = 20; left > 0 && open_ >= open; --left) std::this_thread::sleep_for(1ms);
@@ -115,7 +116,7 @@ void Entrance::find_descriptor(int listening, const std::string& refusal) {
   if (spare_ < 0) std::this_thread::sleep_for(until_descriptors_end);
 }
 
-void Entrance::run(int listening, const Serve& serve, const std::string& refusal,
+void Entrance::run(int listening, const Serve& serve, const Refusal& refusal,
                    const std::stop_token& stop) {
   ::fcntl(listening, F_SETFL, ::fcntl(listening, F_GETFL) | O_NONBLOCK);
   auto complain_from = std::chrono::steady_clock::now();

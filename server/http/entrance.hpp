@@ -33,12 +33,12 @@ class Entrance {
   /// A wait for a request, which ends before the socket is closed.
   using Turn = std::shared_ptr<WaitingConnections::Turn>;
   using Serve = std::function<void(int socket, Turn first)>;
+  using Refusal = std::function<std::string()>;
 
-  /// `serve` owns its socket, on a thread of its own, and waits since it was accepted; `refusal` is
-  /// all that one hears that is refused. Returns when the listening socket is shut down after
+  /// `serve` owns its socket, on a thread of its own, and waits since it was accepted; `refusal`
+  /// gives all that one hears that is refused. Returns when the listening socket is shut down after
   /// `stop`, and all have ended. Errors: io.
-  void run(int listening, const Serve& serve, const std::string& refusal,
-           const std::stop_token& stop);
+  void run(int listening, const Serve& serve, const Refusal& refusal, const std::stop_token& stop);
 
   WaitingConnections& waiting() { return waiting_; }
   void note_slow() { ++slow_; }
@@ -47,8 +47,8 @@ class Entrance {
  private:
   bool place(int socket, const Serve& serve);
   bool make_room();
-  void refuse(int socket, const std::string& refusal);
-  void find_descriptor(int listening, const std::string& refusal);
+  void refuse(int socket, const Refusal& refusal);
+  void find_descriptor(int listening, const Refusal& refusal);
 
   WaitingConnections waiting_;
   int spare_;  // a descriptor to refuse with when there are no others; -1 when it is in use

@@ -147,10 +147,9 @@ bool wants(const std::vector<std::string>& outputs, std::string_view name) {
 }
 
 /// What is wrong with one output of a body.
-void check_output(std::string_view process, const std::string& name, const json& value,
-                  std::vector<Problem>& problems) {
+void check_output(std::string_view process, const std::vector<std::string>& names,
+                  const std::string& name, const json& value, std::vector<Problem>& problems) {
   const auto pointer = "/outputs/" + pointer_token(name);
-  const auto names = output_names(process);
   if (std::ranges::find(names, name) == names.end()) {
     problems.push_back({pointer, "is no output of this process, which has " + json(names).dump()});
     return;
@@ -170,10 +169,15 @@ void check_output(std::string_view process, const std::string& name, const json&
 std::vector<std::string> outputs_of(std::string_view process, const json& body) {
   if (!body.contains("outputs")) return {};
   if (!body["outputs"].is_object()) refuse("/outputs", "must be an object");
+  const auto names = output_names(process);
+  if (body["outputs"].size() > names.size()) {
+    refuse("/outputs", fmt::format("has {} members, this process has {} outputs: {}",
+                                   body["outputs"].size(), names.size(), json(names).dump()));
+  }
   std::vector<std::string> wanted;
   std::vector<Problem> problems;
   for (const auto& item : body["outputs"].items()) {
-    check_output(process, item.key(), item.value(), problems);
+    check_output(process, names, item.key(), item.value(), problems);
     wanted.push_back(item.key());
   }
   if (!problems.empty()) throw Error(Fault::bad_input, std::move(problems));
@@ -277,8 +281,11 @@ json bake_inputs_of(json& inputs, const References& references) {
   std::optional<std::filesystem::path> base;
   if (inputs.contains("base")) {
     read["base"] = bake_named(inputs["base"], "/inputs/base", references);
-    base = references.scene(read["base"].get<std::string>());
-    if (!base) refuse("/inputs/base", "must name a finished bake by its job's id");
+    base = references.scene(read["base"].get<std::string>(), changed);
+    if (!base) {
+      refuse("/inputs/base", std::string("must name a finished bake by its job's id") +
+                                 (changed ? ", one of the same key to edit its scene" : ""));
+    }
   }
   read["scene"] = changed ? edited(*base, inputs["edit"], references)
                           : scene_of(std::move(inputs["scene"]), references);

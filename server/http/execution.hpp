@@ -23,8 +23,9 @@ struct References {
   std::vector<std::filesystem::path> roots;  // "file:" and assets lie below one of these
   /// The folder of a finished bake by the id of its job or the name of its tileset.
   std::function<std::optional<std::filesystem::path>(std::string_view name)> tileset;
-  /// The scene of a finished bake by the id of its job.
-  std::function<std::optional<std::filesystem::path>(std::string_view id)> scene;
+  /// The scene of a finished bake by the id of its job; of one who may read it, where it is to be
+  /// `read`: the id opens tiles and documents, not the scene.
+  std::function<std::optional<std::filesystem::path>(std::string_view id, bool read)> scene;
   /// Called before a scene is read from the disk: what a small request makes large.
   std::function<void()> before_reading;
 };

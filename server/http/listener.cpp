@@ -6,16 +6,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cctype>
 #include <chrono>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "engine/base/error.hpp"
@@ -23,95 +21,20 @@
 #include "server/http/body.hpp"
 #include "server/http/entrance.hpp"
 #include "server/http/last_words.hpp"
+#include "server/http/log.hpp"
 #include "server/http/problem.hpp"
 #include "server/http/request_stream.hpp"
 #include "server/http/tokens.hpp"
+#include "server/http/translation.hpp"
 
 namespace hoodoo::http {
 namespace {
 
-using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto between_looks = 250ms;    // for more of a stream
 constexpr std::size_t most_method = 16;  // [bytes] of one that is told
 constexpr std::size_t most_unshared = 64u
                                       << 10;  // [bytes] of a body whose answer counts for nothing
-
-Request read_head(const httplib::Request& from) {
-  Request request;
-  request.method = from.method;
-  request.path = from.path;
-  request.peer = from.remote_addr;
-  const auto question = from.target.find('?');
-  if (question != from.target.npos) request.query = from.target.substr(question + 1);
-  for (const auto& header : from.headers) {
-    auto name = header.first;
-    std::ranges::transform(name, name.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (name == range_within) {
-      if (request.method != "GET") continue;  // means nothing to others: RFC 9110, 14.2
-      name = "range";
-    }
-    auto& value = request.headers[name];
-    value += (value.empty() ? "" : ", ") + header.second;
-  }
-  return request;
-}
-
-/// Sends a file in pieces, so that memory does not grow with it.
-bool send_piece(const FilePart& part, std::size_t offset, std::size_t length,
-                httplib::DataSink& sink) {
-  std::array<char, 1 << 16> piece;
-  const auto got = ::pread(*part.file, piece.data(), std::min(length, piece.size()),
-                           static_cast<off_t>(part.offset + offset));
-  return got > 0 && sink.write(piece.data(), static_cast<std::size_t>(got));
-}
-
-void write(Response&& from, httplib::Response& to, const std::stop_token& stop = {}) {
-  if (from.take) from = from.take([](const UsePiece&) { return Received::whole; });  // no body
-  while (from.later) {
-    if (auto ready = from.later(stop.stop_requested())) {
-      from = std::move(*ready);
-    } else {
-      std::this_thread::sleep_for(50ms);
-    }
-  }
-  to.status = from.status;
-  for (auto& [name, value] : from.headers) to.set_header(name, value);
-  // Else the library says of every HEAD that ranges are served: taken away again by `finish`.
-  if (from.header("Accept-Ranges").empty()) to.set_header("Accept-Ranges", "none");
-  if (from.more) {
-    to.set_chunked_content_provider(from.type,
-                                    [more = from.more](std::size_t, httplib::DataSink& sink) {
-                                      const auto piece = more();
-                                      if (!piece) {
-                                        sink.done();
-                                      } else if (piece->empty()) {
-                                        std::this_thread::sleep_for(between_looks);
-                                      } else {
-                                        return sink.write(piece->data(), piece->size());
-                                      }
-                                      return sink.is_writable();
-                                    });
-  } else if (from.part && from.part->length > 0) {
-    to.set_content_provider(
-        from.part->length, from.type,
-        [part = *from.part](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-          return send_piece(part, offset, length, sink);
-        });
-  } else if (from.held && !from.body.empty()) {
-    const auto size = from.body.size();
-    auto text = std::make_shared<const std::string>(std::move(from.body));
-    to.set_content_provider(size, from.type,
-                            [text = std::move(text), held = std::move(from.held)](
-                                std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-                              return sink.write(text->data() + offset, length);
-                            });
-  } else if (!from.type.empty()) {
-    to.set_content(std::move(from.body), from.type);
-  }
-}
 
 bool may_have_body(const std::string& method) {
   return method != "GET" && method != "HEAD" && method != "OPTIONS";
@@ -193,6 +116,8 @@ struct Listener::Server : httplib::Server {
   void refuse_or_route(const Service& service, const std::stop_token& stop);
   void expect(const Service& service, const std::stop_token& stop);
   void converse(socket_t socket, Entrance::Turn turn, const Service& service);
+  void serve_all(RequestStream& stream, socket_t socket, Entrance::Turn turn,
+                 const Service& service);
 
   std::atomic<std::size_t> held_ = 0;  // [bytes] of bodies and their answers
 };
@@ -301,6 +226,18 @@ void Listener::Server::configure() {
 void Listener::Server::converse(socket_t socket, Entrance::Turn turn, const Service& service) {
   RequestStream stream(socket);
   const auto stopping = [this] { return svr_sock_ == INVALID_SOCKET; };
+  try {
+    serve_all(stream, socket, std::move(turn), service);
+  } catch (const std::exception& error) {  // of the library, which has its own catch for routes
+    log_fault(std::string("a connection was ended: ") + error.what(), "");
+  }
+  if (stream.is_cut_off()) entrance.note_slow();
+  stream.close(stopping());
+}
+
+void Listener::Server::serve_all(RequestStream& stream, socket_t socket, Entrance::Turn turn,
+                                 const Service& service) {
+  const auto stopping = [this] { return svr_sock_ == INVALID_SOCKET; };
   for (std::size_t left = keep_alive_max_count_; left > 0; --left) {
     if (!turn) turn = std::make_shared<WaitingConnections::Turn>(entrance.waiting(), socket);
     const auto next = stream.next(stopping);
@@ -315,8 +252,6 @@ void Listener::Server::converse(socket_t socket, Entrance::Turn turn, const Serv
     const bool well = process_request(stream, stream.peer(), 0, {}, 0, left == 1, closed, nullptr);
     if (!well || closed || said_close) break;
   }
-  if (stream.is_cut_off()) entrance.note_slow();
-  stream.close(stopping());
 }
 
 void Listener::Server::take_connections(const Service& service, const std::stop_token& stop) {
@@ -332,7 +267,7 @@ void Listener::Server::take_connections(const Service& service, const std::stop_
         [this, &service](int socket, Entrance::Turn first) {
           converse(socket, std::move(first), service);
         },
-        last_words(too_many()), stop);
+        [] { return last_words(too_many()); }, stop);
   }
   svr_sock_ = INVALID_SOCKET;
   ::close(listening);

@@ -53,8 +53,9 @@ struct Response {
   std::vector<std::pair<std::string, std::string>> headers;
   std::string type;  // of the content
   std::string body;
-  std::optional<FilePart> part;      // instead of a body
-  std::shared_ptr<const void> held;  // until all has been sent
+  std::optional<FilePart> part;             // instead of a body
+  std::shared_ptr<const std::string> text;  // instead of one, too: shared with other answers
+  std::shared_ptr<const void> held;         // until all has been sent
 
   /// Instead of all that, for a request whose body has not been read: reads it, and gives the
   /// response. Called once, or never.

@@ -70,7 +70,7 @@ struct Metrics::Registry {
           .Name("hoodoo_http_connections_total")
           .Help(
               "Connections: accepted; of them dropped while they waited, or refused, for want of "
-              "room.")
+              "room; slow: cut off as readers.")
           .Register(all);
   prometheus::Gauge& memory = BuildGauge()
                                   .Name("process_resident_memory_bytes")
@@ -79,6 +79,7 @@ struct Metrics::Registry {
                                   .Add({});
   // Finding a series by its labels takes longer than most answers.
   std::mutex mutex;
+  std::mutex telling;  // one scrape at a time brings totals up to date
   std::map<std::tuple<std::string, std::string, int>, Series> series;
 
   const Series& of(std::string_view route, std::string_view method, int status) {
@@ -105,6 +106,7 @@ void Metrics::count(std::string_view route, std::string_view method, int status,
 }
 
 std::string Metrics::text(const job::Queue& queue, const ConnectionCounts& connections) {
+  const std::lock_guard guard(registry_->telling);
   for (const auto status : statuses) {
     registry_->jobs.Add({{"status", std::string(job::name_of(status))}})
         .Set(static_cast<double>(queue.count(status)));

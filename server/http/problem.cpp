@@ -2,8 +2,14 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
+#include <system_error>
+
+#include "server/asset/assets.hpp"
 
 namespace hoodoo::http {
 namespace {
@@ -77,6 +83,16 @@ nlohmann::json to_json(const Problem& found) {
   return error;
 }
 
+/// In the system's words, this program's or the database's.
+bool tells_of_space(const Problem& found) {
+  const auto& category = std::generic_category();
+  for (const auto& words : {category.message(ENOSPC), category.message(EDQUOT),
+                            std::string(asset::no_space), std::string("disk is full")}) {
+    if (found.what.find(words) != found.what.npos) return true;
+  }
+  return false;
+}
+
 void hide(std::string& text, const std::string& folder) {
   if (folder.empty()) return;
   for (auto at = text.find(folder); at != text.npos; at = text.find(folder, at)) {
@@ -86,7 +102,7 @@ void hide(std::string& text, const std::string& folder) {
 
 }  // namespace
 
-int status_of(Fault fault) {
+int status_of(Fault fault, const std::vector<Problem>& problems) {
   switch (fault) {
     case Fault::bad_input:
       return 422;
@@ -97,7 +113,7 @@ int status_of(Fault fault) {
     case Fault::cancelled:
       return 409;
     case Fault::io:
-      return 507;
+      return std::ranges::any_of(problems, tells_of_space) ? 507 : 500;
     case Fault::internal:
       return 500;
   }

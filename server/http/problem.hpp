@@ -9,8 +9,9 @@
 /// Errors as application/problem+json, RFC 9457.
 namespace hoodoo::http {
 
-/// What a fault answers when a request runs into it.
-int status_of(Fault fault);
+/// What a fault answers when a request or a job runs into it; io is 507 where `problems` tell of a
+/// lack of space, else 500.
+int status_of(Fault fault, const std::vector<Problem>& problems);
 
 /// `type` is "about:blank" unless given; `problems` become errors[{pointer, detail}], with a member
 /// `parameter` or `header` in place of the pointer where the next three say so.

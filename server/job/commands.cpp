@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <csignal>
 #include <functional>
@@ -189,7 +190,11 @@ Outcome echo(const Work& work) {
 std::vector<Problem> Commands::check(const std::filesystem::path& file) const {
   Arguments arguments{program, "--json", "check", file.string()};
   add_sources(*this, arguments);
-  const auto ended = run_child(arguments, limits, {}, {});
+  // Whoever sends a scene waits for this, and others for their turn.
+  auto least = limits;
+  if (least.processor.count() == 0) least.processor = most_processor_of_check;
+  least.processor = std::min(least.processor, most_processor_of_check);
+  const auto ended = run_child(arguments, least, {}, {});
   constexpr int problems_found = 2;
   if (ended.output.empty()) fail(ended);
   std::vector<Problem> problems;

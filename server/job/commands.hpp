@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -7,6 +8,8 @@
 #include "server/job/queue.hpp"
 
 namespace hoodoo::job {
+
+inline constexpr std::chrono::seconds most_processor_of_check{20};
 
 /// How jobs are carried out by the `hoodoo` command in processes of their own, so that whatever
 /// goes wrong with one, be it a crash, costs that job alone.
@@ -18,7 +21,8 @@ struct Commands {
   std::size_t memory = std::size_t{1024} << 20;  // [bytes] that a bake plans with
   Limits limits;                                 // of any of them
 
-  /// All problems of a scene in `file`. Errors: as a bake's.
+  /// All problems of a scene in `file`; takes `most_processor_of_check` at most. Errors: as a
+  /// bake's.
   std::vector<Problem> check(const std::filesystem::path& file) const;
   /// Carries out one job; goes on, twice at most, when its process is killed (SIGKILL). Errors: as
   /// the command tells them; limit when it ran into one of

@@ -153,8 +153,8 @@ std::optional<Submitted> Queue::refusal(const Request& request) const {
   const auto left = asset::left_on_disk(settings_.data);
   if (left < settings_.free_space) {
     throw Error(Fault::io, "",
-                fmt::format("the disk has {} bytes left, and {} are kept free", left,
-                            settings_.free_space));
+                fmt::format("the disk has {}: {} bytes are left, and {} are kept free",
+                            asset::no_space, left, settings_.free_space));
   }
   const auto waiting = store_->count(Status::accepted);
   if (waiting >= settings_.most_waiting) return Submitted{Kind::queue_full, {}};

@@ -6,7 +6,7 @@ import { openAsBlob } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
 import { after, before, test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { command, makeFolder, makeKey, removeFolder, run, synthesize } from './hoodoo.mjs';
+import { command, hoodoo, makeFolder, makeKey, removeFolder, run, synthesize } from './hoodoo.mjs';
 import { Server } from './server.mjs';
 
 const folder = resolve(import.meta.dirname, '../../client');
@@ -33,6 +33,8 @@ const sceneOf = (name, spacing = 16) => ({ hoodoo: 1, name: 'Client', terrains: 
 test('Its types are made from the document of the service', async () => {
   const document = join(work, 'api.json'), fresh = join(work, 'api.ts'), kept = join(folder, 'src/api.ts');
   await writeFile(document, await (await server.fetch('/api')).text());
+  const { stdout } = await hoodoo(['schema', 'openapi']);
+  assert.deepEqual(JSON.parse(stdout.replaceAll('http://127.0.0.1:8080', server.url)), JSON.parse(await readFile(document, 'utf8')));
   const made = await tool('openapi-typescript/bin/cli.js', [document, '-o', fresh]);
   assert.equal(made.code, 0, made.stderr);
   if (process.env.HOODOO_BLESS) await copyFile(fresh, kept);

@@ -110,6 +110,9 @@ test('If-Match holds for what is there, in any coding, and for nothing else', as
   const { etag: now } = (await ask(job)).headers;
   assert.equal((await ask(job, { 'if-match': '"other"' }, 'DELETE')).status, 412);
   assert.equal((await ask(`${job}x`, { 'if-match': '*' }, 'DELETE')).status, 412);
+  const upload = await server.fetch('/uploads', { method: 'POST', headers: { 'tus-resumable': '1.0.0', 'upload-length': '5' } });
+  const path = new URL(upload.headers.get('location')).pathname;
+  assert.equal((await ask(path, { 'if-match': '*', 'tus-resumable': '1.0.0' }, 'DELETE')).status, 204, 'it is there');
   assert.equal((await ask(job)).status, 200, 'it is still there');
   assert.equal((await ask(job, { 'if-match': now }, 'DELETE')).status, 200);
   assert.equal((await ask(job)).status, 404);

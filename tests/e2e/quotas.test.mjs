@@ -98,6 +98,48 @@ test('A key has so much space for its assets and results', async () => {
   }
 });
 
+test("An edit is of a scene of the same key; an administrator's of any; any bake may be a base", async () => {
+  const server = await start('edits');
+  try {
+    const base = await posted(server, 'free', 'bake-terrain', { scene });
+    assert.equal((await server.follow(base)).at(-1).status, 'successful');
+    const edit = [{ op: 'test', path: '/hoodoo', value: 1 }];
+    for (const change of [edit, [], [{ op: 'test', path: '/hoodoo', value: 2 }]]) {
+      const refused = await execute(server, 'few', 'bake-terrain', { base, edit: change });
+      assert.equal(refused.status, 400);
+      const { errors } = await refused.json();
+      assert.deepEqual(errors.map(({ pointer }) => pointer), ['/inputs/base'], 'and nothing of the scene');
+    }
+    await posted(server, 'few', 'bake-terrain', { base, scene });
+    await posted(server, 'ops', 'bake-terrain', { base, edit });
+    await posted(server, 'free', 'bake-terrain', { base, edit });
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
+test('Uploads that begin at once take no more space than one after another', async () => {
+  const server = await start('at-once');
+  try {
+    const begun = await Promise.all(Array.from({ length: 20 }, () => server.fetch('/uploads', {
+      method: 'POST', headers: { 'tus-resumable': '1.0.0', 'upload-length': String(600 << 10), ...as('small') },
+    })));
+    const made = begun.filter(({ status }) => status === 201);
+    assert.ok(made.length <= 1, `${made.length} of 1 MiB`);
+    assert.ok(begun.every(({ status }) => status === 201 || status === 403));
+    for (const { headers } of made) {
+      const path = new URL(headers.get('location')).pathname;
+      assert.equal((await server.fetch(path, { method: 'DELETE', headers: { 'tus-resumable': '1.0.0', ...as('small') } })).status, 204);
+    }
+    const after = await server.fetch('/uploads', {
+      method: 'POST', headers: { 'tus-resumable': '1.0.0', 'upload-length': String(600 << 10), ...as('small') },
+    });
+    assert.equal(after.status, 201, 'those refused take nothing');
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
 test('A key has so many uploads under way, and finished ones do not count', async () => {
   const server = await start('uploads');
   const create = (who, length) => server.ask('/uploads', {

@@ -1,10 +1,11 @@
 #include "tiling/bake/bake.hpp"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for_each.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -212,13 +213,17 @@ class Run {
     part_ = static_cast<std::size_t>(std::ranges::count(tiles, true, &plan::Tile::ours));
   }
 
-  /// Calls `step` for all tiles, the coarsest level first, from all threads.
+  /// Calls `step` for all tiles, the coarsest level first, from all threads: whichever is free
+  /// takes the next one, so that none begins with fine tiles while coarse ones wait.
   template <class Step>
   void for_each(Step step) {
+    auto& tiles = index_.tiles;
+    std::atomic<std::size_t> left = tiles.size();
     tbb::task_arena arena(settings_.threads);
     arena.execute([&] {
-      tbb::parallel_for_each(index_.tiles.rbegin(), index_.tiles.rend(), [&](plan::Tile& tile) {
-        if (!settings_.stop.stop_requested()) step(tile);
+      tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t) {
+        auto& next = tiles[--left];
+        if (!settings_.stop.stop_requested()) step(next);
       });
     });
     if (settings_.stop.stop_requested()) throw_cancelled();

@@ -141,6 +141,28 @@ TEST_F(Api, AnswersAFailedJobsResultsWithTheKindOfItsFailure) {
   EXPECT_EQ(get("/jobs/" + id)["errors"][0]["detail"], "is too large");
   EXPECT_EQ(ask("GET", "/jobs/" + id + "/results").status, 413);
 }
+TEST_F(Api, TellsALackOfSpaceFromOtherFaultsOfTheDisk) {
+  const auto status_of = [this](const std::string& what) {
+    run = [what](const auto&) -> job::Outcome { throw Error(Fault::io, "out/a.glb", what); };
+    return ask("GET", "/jobs/" + posted(job::Status::failed) + "/results").status;
+  };
+  EXPECT_EQ(status_of("No space left on device"), 507);
+  EXPECT_EQ(status_of("database or disk is full"), 507);
+  EXPECT_EQ(status_of("Input/output error"), 500);
+}
+TEST_F(Api, RefusesMoreOutputsThanThereAre) {
+  json body{{"inputs", {{"scene", good_scene()}}}};
+  for (int n = 0; n < 100'000; ++n) body["outputs"]["o" + std::to_string(n)] = json::object();
+  const auto response = ask("POST", execution, body.dump());
+  EXPECT_EQ(response.status, 400);
+  const auto errors = json::parse(response.body)["errors"];
+  ASSERT_EQ(errors.size(), 1U);
+  EXPECT_EQ(errors[0]["pointer"], "/outputs");
+}
+TEST_F(Api, NamesTheJobInTheTagOfItsStatus) {
+  const auto id = posted(job::Status::successful);
+  EXPECT_NE(ask("GET", "/jobs/" + id).header("ETag").find(id), std::string::npos);
+}
 TEST_F(Api, ShowsNoFolderOfTheMachineAndNoInternalError) {
   run = [this](const auto&) -> job::Outcome {
     throw Error(Fault::not_found, (temporary.path / "dems/a.tif").string(), "is gone");

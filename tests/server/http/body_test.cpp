@@ -44,6 +44,16 @@ TEST(Receive, PassesOverWhatIsNotWantedUpToALimit) {
   EXPECT_EQ(receive_all(much, unwanted), Received::refused);
   EXPECT_LE(much.taken, (most_passed_over >> 20) + 2);
 }
+TEST(Receive, PassesOverWhatIsNotWantedForATimeOnly) {
+  int pieces = 0;
+  const auto trickle = [&pieces](const auto& take) {
+    const std::string piece(2 * least_rate, 'x');
+    while (take(piece)) ++pieces, std::this_thread::sleep_for(std::chrono::seconds(1));
+    return false;
+  };
+  EXPECT_EQ(receive(trickle, {}, unwanted), Received::refused);
+  EXPECT_LE(pieces, body_patience.count() + 1);
+}
 TEST(Receive, ThrowsWhatItsUserThrewAfterTheRestHasCome) {
   const Sender sender{4, 10};
   EXPECT_THROW(

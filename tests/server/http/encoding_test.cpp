@@ -137,12 +137,15 @@ TEST(Encoder, ReadsAFileOnceAndForgetsTheLeastUsed) {
     std::fclose(file);
     return FilePart{std::move(held), 0, text.size()};
   };
-  const auto body_of = [](Encoder& encoder, const FilePart& part, const std::string& tag) {
+  const auto text_of = [](Encoder& encoder, const FilePart& part, const std::string& tag) {
     auto response = answer("");
     response.part = part;
     response.headers = {{"ETag", tag}};
     encoder.apply(asking("gzip"), response);
-    return response.body;
+    return response.text;
+  };
+  const auto body_of = [&](Encoder& encoder, const FilePart& part, const std::string& tag) {
+    return *text_of(encoder, part, tag);
   };
   const auto text = hills(20'000, 1), other = hills(20'000, 2);
   const auto packed = encode(text, Coding::gzip);
@@ -152,6 +155,7 @@ TEST(Encoder, ReadsAFileOnceAndForgetsTheLeastUsed) {
   // The file is not looked at again while it is remembered.
   ASSERT_EQ(::ftruncate(*part.file, 0), 0);
   EXPECT_EQ(body_of(encoder, part, "\"a\""), packed);
+  EXPECT_EQ(text_of(encoder, part, "\"a\""), text_of(encoder, part, "\"a\"")) << "it is shared";
   EXPECT_EQ(body_of(encoder, second, "\"b\""), encode(other, Coding::gzip));
   EXPECT_ANY_THROW(body_of(encoder, part, "\"a\""));
   ::close(*part.file);

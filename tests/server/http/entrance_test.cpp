@@ -63,7 +63,7 @@ class Entering : public testing::Test {
       const std::stop_callback end(stop, [this] { ::shutdown(listening_, SHUT_RDWR); });
       entrance.run(
           listening_, [this](int socket, Entrance::Turn first) { serve(socket, std::move(first)); },
-          "full", stop);
+          [] { return "full"; }, stop);
     });
   }
   ~Entering() override {

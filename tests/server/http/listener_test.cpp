@@ -118,6 +118,15 @@ Response echo(const Request& request) {
     };
     return response;
   }
+  if (request.path == "/breaks") {
+    response.type = "text/event-stream";
+    response.more = [said = false]() mutable -> std::optional<std::string> {
+      if (said) throw std::runtime_error("secret");
+      said = true;
+      return "first";
+    };
+    return response;
+  }
   if (request.path == "/file") response.headers = {{"Accept-Ranges", "bytes"}};
   if (request.path == "/none") {
     response.status = 304;
@@ -268,6 +277,16 @@ TEST_F(Listening, SaysNothingOfWhatWentWrongInside) {
   const auto answer = send(request("GET /throw"));
   EXPECT_THAT(answer, StartsWith("HTTP/1.1 500"));
   EXPECT_THAT(answer, Not(HasSubstr("secret")));
+}
+TEST_F(Listening, EndsAStreamThatGoesWrongAndNothingElse) {
+  const Connection follower(listener.port());
+  follower.send(request("GET /breaks"));
+  std::string answer;
+  for (std::string piece; !(piece = follower.next()).empty();) answer += piece;
+  EXPECT_THAT(answer, HasSubstr("first"));
+  EXPECT_THAT(answer, Not(HasSubstr("secret")));
+  EXPECT_THAT(answer, Not(HasSubstr("0\r\n\r\n"))) << "it did not end well";
+  EXPECT_THAT(send(request("GET /after")), StartsWith("HTTP/1.1 200"));
 }
 TEST_F(Listening, SaysThatRangesAreServedOnlyWhereTheyAre) {
   EXPECT_THAT(send(request("HEAD /")), Not(HasSubstr("Accept-Ranges")));

@@ -106,6 +106,21 @@ TEST_F(Bake, StopsWhenAskedAndContinuesLater) {
   EXPECT_EQ(files("stopped"), files("calm"));
 }
 
+TEST_F(Bake, BeginsNoTileWhileACoarserOneWaits) {
+  constexpr int threads = 4;
+  bake::Settings settings;
+  settings.threads = threads;
+  std::vector<int> levels;  // of tiles as they end
+  settings.progress = [&](const bake::Progress& p) {
+    for (const auto& tile : p.finished) levels.push_back(tile.key.level);
+  };
+  run(scene(), "ordered", settings);
+  ASSERT_GT(levels.size(), 8U);
+  for (auto end = levels.begin(); end != levels.end(); ++end) {
+    EXPECT_LT(std::count_if(end, levels.end(), [&](int later) { return later > *end; }), threads);
+  }
+}
+
 TEST_F(Bake, RefusesATileThatIsNotInThePlan) {
   bake::Settings settings;
   settings.only = plan::Key{0, 1000, 1000};
