@@ -93,10 +93,9 @@ void write(Response&& from, httplib::Response& to, const std::stop_token& stop) 
   // Else the library says of every HEAD that ranges are served: taken away again by `finish`.
   if (from.header("Accept-Ranges").empty()) to.set_header("Accept-Ranges", "none");
   if (from.more) {
-    to.set_chunked_content_provider(from.type,
-                                    [more = from.more](std::size_t, httplib::DataSink& sink) {
-                                      return send_more(more, sink);
-                                    });
+    to.set_chunked_content_provider(
+        from.type,
+        [more = from.more](std::size_t, httplib::DataSink& sink) { return send_more(more, sink); });
   } else if (from.part && from.part->length > 0) {
     to.set_content_provider(
         from.part->length, from.type,
@@ -104,7 +103,8 @@ void write(Response&& from, httplib::Response& to, const std::stop_token& stop) 
           return send_piece(part, offset, length, sink);
         });
   } else if (from.text) {
-    to.set_content_provider(from.text->size(), from.type,
+    const auto size = from.text->size();
+    to.set_content_provider(size, from.type,
                             [text = std::move(from.text), held = std::move(from.held)](
                                 std::size_t offset, std::size_t length, httplib::DataSink& sink) {
                               return sink.write(text->data() + offset, length);
