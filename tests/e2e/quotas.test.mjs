@@ -295,7 +295,7 @@ test('On a disk that is nearly full nothing more is taken', async () => {
   try {
     const refused = await execute(server, 'free', 'echo', { echo: 1 });
     assert.equal(refused.status, 507);
-    assert.match((await refused.json()).errors[0].detail, /^the disk has \d+ bytes left, and 1125899906842624 are kept free$/);
+    assert.match((await refused.json()).errors[0].detail, /^the disk has no space: \d+ bytes are left, and 1125899906842624 are kept free$/);
     assert.equal((await put(server, 'free', randomBytes(10))).status, 507);
     const upload = await server.ask('/uploads', { method: 'POST', headers: { 'tus-resumable': '1.0.0', 'upload-length': '10', ...as('free') } });
     assert.equal(upload.status, 507);
