@@ -38,7 +38,7 @@ std::uint64_t revision(job::Time time) {
 }
 std::uint64_t revision(const job::Job& job) { return revision(job.updated); }
 std::string etag_of(const job::Job& job) {
-  return fmt::format("\"{}-{:x}\"", job.id, revision(job));
+  return fmt::format("\"{}{:x}\"", job.id, revision(job));
 }
 
 /// Tiles that were finished after the event of this id; all that are remembered where it is none.
