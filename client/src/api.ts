@@ -212,8 +212,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A file that a job has made
-         * @description A file that a job has made.
+         * A file that a job has made; of a bake tileset.3tz, all of it
+         * @description A file that a job has made; of a bake tileset.3tz, all of it.
          */
         get: operations["getFile"];
         put?: never;

@@ -146,6 +146,7 @@ class Api {
   nlohmann::json results_of(job::Job job) const;
   std::vector<Problem> visible(const job::Job& job) const;
   Response unfinished(const job::Job& job) const;
+  Response archive(const job::Job& job);
 
   job::Queue& queue_;
   asset::Assets& assets_;
@@ -153,9 +154,10 @@ class Api {
   const ApiSettings settings_;
   Metrics metrics_;
   Encoder encoder_;
-  std::mutex large_;                      // held by the one large body that is taken apart
-  std::counting_semaphore<> checks_{4};   // scenes that processes look at, at once
-  std::counting_semaphore<> fetches_{4};  // contents that are fetched at once
+  std::mutex large_;                       // held by the one large body that is taken apart
+  std::counting_semaphore<> archives_{8};  // sent at once
+  std::counting_semaphore<> checks_{4};    // scenes that processes look at, at once
+  std::counting_semaphore<> fetches_{4};   // contents that are fetched at once
 };
 
 }  // namespace hoodoo::http

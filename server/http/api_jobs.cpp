@@ -10,7 +10,9 @@
 #include "server/http/problem.hpp"
 #include "server/http/processes.hpp"
 #include "server/http/query.hpp"
+#include "server/http/turn.hpp"
 #include "server/job/state.hpp"
+#include "tiling/archive/archive.hpp"
 
 /// The routes of jobs.
 namespace hoodoo::http {
@@ -19,6 +21,7 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
+constexpr std::string_view archive_name = "tileset.3tz";
 constexpr auto heartbeat = std::chrono::seconds(15);  // keeps proxies from closing
 
 Response no_job() {
@@ -181,13 +184,34 @@ Response Api::one_result(const Request&, const Parameters& parameters) {
 Response Api::result_file(const Request& request, const Parameters& parameters) {
   const auto job = queue_.find(parameters[0]);
   if (!job) return no_job();
-  if (job->process == job::bake_process) return problem(404, "There is no such file.");
+  if (job->process == job::bake_process) {
+    return parameters[1] == archive_name ? archive(*job) : problem(404, "There is no such file.");
+  }
   auto response =
       serve_file({queue_.results(job->id), {".tif", ".csv", ".html"}}, parameters[1], request);
   // A page made of somebody's names runs no script here.
   response.headers.emplace_back("Content-Security-Policy",
                                 "sandbox; default-src 'none'; img-src data:; style-src "
                                 "'unsafe-inline'");
+  return response;
+}
+
+/// All of a finished bake, packed while it is sent.
+Response Api::archive(const job::Job& job) {
+  if (job.status != job::Status::successful) return unfinished(job);
+  auto turn = std::make_shared<Turn>(archives_, std::chrono::milliseconds(0));
+  if (!*turn) {
+    auto busy = problem(503, "As many archives are sent as may be at once.");
+    busy.headers.emplace_back("Retry-After", "10");
+    return busy;
+  }
+  Response response;
+  response.type = "application/vnd.maxar.archive.3tz+zip";
+  response.headers = {
+      {"Cache-Control", "no-cache"},
+      {"Content-Disposition", fmt::format("attachment; filename=\"{}.3tz\"", job.id)}};
+  const auto packing = std::make_shared<archive::Packing>(queue_.results(job.id));
+  response.more = [packing, turn = std::move(turn)] { return packing->next(); };
   return response;
 }
 

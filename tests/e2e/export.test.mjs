@@ -186,6 +186,32 @@ test('A .3tz is a ZIP of every file, and its index leads to each', async () => {
   assert.equal(kept.length, said.packed);
 });
 
+test('A job is streamed as the archive that its folder would be exported to', async () => {
+  const server = await Server.start({ data: at('archived'), roots: [work] });
+  try {
+    const id = await server.submit(JSON.parse(await readFile(at('scene.json'), 'utf8')));
+    const early = await server.fetch(`/jobs/${id}/files/tileset.3tz`);
+    assert.equal((await server.follow(id)).at(-1).status, 'successful');
+    assert.ok(early.status === 404 || early.status === 200, 'it may be done already');
+    const response = await server.fetch(`/jobs/${id}/files/tileset.3tz`);
+    assert.equal(response.status, 200);
+    assert.equal(response.headers.get('content-type'), 'application/vnd.maxar.archive.3tz+zip');
+    assert.match(response.headers.get('content-disposition'), new RegExp(`filename="${id}.3tz"`));
+    const streamed = Buffer.from(await response.arrayBuffer());
+    const exported = await hoodoo(['export', at(`archived/jobs/${id}/out`), '-o', at('job.3tz')]);
+    assert.equal(exported.code, 0, exported.stderr);
+    assert.ok(streamed.equals(await readFile(at('job.3tz'))));
+    assert.equal((await server.fetch(`/jobs/${id}/files/other.3tz`)).status, 404);
+    assert.equal((await server.fetch(`/jobs/${id}/files/tileset.3tz`, { method: 'HEAD' })).status, 200);
+    const held = await Promise.all(Array.from({ length: 12 }, () => server.fetch(`/jobs/${id}/files/tileset.3tz`)));
+    assert.ok(held.every(({ status }) => status === 200 || status === 503));
+    for (const each of held) await each.arrayBuffer();
+    assert.equal((await server.fetch(`/jobs/${id}/files/tileset.3tz`)).status, 200, 'whoever has ended makes room');
+  } finally {
+    await server.stop('SIGKILL');
+  }
+});
+
 test('An archive and a folder are streamed alike', async () => {
   await exported('world.3tz');
   const server = await Server.start({ data: at('data'), args: ['--tileset', at('world.3tz'), '--tileset', at('bake')] });

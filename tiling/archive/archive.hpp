@@ -24,17 +24,18 @@ struct Place {
   std::uint64_t offset = 0;
 };
 
-/// Writes an archive, entry by entry, each stored as it is, without a time. Same entries, same
-/// bytes. Held in memory are the names.
-class Writer {
+/// What an archive has beside the bytes of its entries, each of which is stored as it is, without a
+/// time. Same entries, same bytes. Held in memory are the names.
+class Records {
  public:
-  /// `start`: where the first entry goes; what is before it reads as zeros.
-  explicit Writer(const std::filesystem::path& file, std::uint64_t start = 0);
+  /// `start`: where the first entry goes.
+  explicit Records(std::uint64_t start = 0) : position_(start) {}
 
-  /// `name` has forward slashes and is new. Errors: limit, from 4 GiB on; io.
-  void add(const std::string& name, std::span<const std::byte> bytes);
-  /// Writes the index and the directory, and puts the file in place. Nothing can be added then.
-  void finish();
+  /// What goes before the bytes of an entry. `name` has forward slashes and is new.
+  /// Errors: limit, from 4 GiB on.
+  std::string head(const std::string& name, std::span<const std::byte> bytes);
+  /// What goes after the last one: the index and the directory.
+  std::string end();
 
  private:
   struct Entry {
@@ -42,11 +43,27 @@ class Writer {
     std::uint32_t crc = 0, size = 0;
     std::uint64_t offset = 0;
   };
-  void add_index();
-  void write_directory();
+  std::string index() const;
+  std::string directory() const;
 
-  FileWriter file_;
+  std::uint64_t position_;
   std::vector<Entry> entries_;
+};
+
+/// Writes an archive, entry by entry.
+class Writer {
+ public:
+  /// `start`: where the first entry goes; what is before it reads as zeros.
+  explicit Writer(const std::filesystem::path& file, std::uint64_t start = 0);
+
+  /// Errors: those of `Records::head`; io.
+  void add(const std::string& name, std::span<const std::byte> bytes);
+  /// Writes what goes after them, and puts the file in place. Nothing can be added then.
+  void finish();
+
+ private:
+  FileWriter file_;
+  Records records_;
 };
 
 /// An archive to read from, of which 24 bytes per entry are in memory. May be used from any thread.
@@ -84,9 +101,26 @@ class Archive {
   std::vector<Place> index_;
 };
 
-/// Puts the finished tileset in `folder` into an archive: tileset.json, every file it leads to, and
-/// bake.json, by path. Returns the number of files. One tile is in memory at a time.
-/// Errors: not_found, io, bad_input, limit.
+/// The finished tileset in `folder` as an archive, piece by piece: tileset.json, every file it
+/// leads to, and bake.json, by path. One tile is in memory at a time.
+class Packing {
+ public:
+  /// Errors: not_found, io, bad_input.
+  explicit Packing(std::filesystem::path folder);
+
+  std::size_t files() const { return files_.size(); }
+  /// What follows; nothing at the end. Errors: not_found, io, limit.
+  std::optional<std::string> next();
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<std::filesystem::path> files_;
+  std::size_t packed_ = 0;
+  bool ended_ = false;
+  Records records_;
+};
+
+/// Puts it into a file. Returns the number of files in it. Errors: those of `Packing`.
 std::size_t pack(const std::filesystem::path& folder, const std::filesystem::path& file);
 
 }  // namespace hoodoo::archive

@@ -1,6 +1,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "engine/base/error.hpp"
@@ -70,16 +71,28 @@ class Walk {
 
 }  // namespace
 
-std::size_t pack(const fs::path& folder, const fs::path& file) {
-  auto files = Walk(folder).files();
+Packing::Packing(fs::path folder) : folder_(std::move(folder)) {
+  auto files = Walk(folder_).files();
   files.insert("bake.json");
-  Writer writer(file);
-  for (const auto& path : files) {
-    const auto bytes = read_file(folder / path, most_file_bytes);
-    writer.add(path.generic_string(), std::as_bytes(std::span(bytes)));
+  files_.assign(files.begin(), files.end());
+}
+
+std::optional<std::string> Packing::next() {
+  if (packed_ == files_.size()) {
+    if (std::exchange(ended_, true)) return std::nullopt;
+    return records_.end();
   }
-  writer.finish();
-  return files.size();
+  const auto& path = files_[packed_++];
+  const auto bytes = read_file(folder_ / path, most_file_bytes);
+  return records_.head(path.generic_string(), std::as_bytes(std::span(bytes))) + bytes;
+}
+
+std::size_t pack(const fs::path& folder, const fs::path& file) {
+  Packing packing(folder);
+  FileWriter writer(file);
+  while (const auto piece = packing.next()) writer.write(*piece);
+  writer.commit();
+  return packing.files();
 }
 
 }  // namespace hoodoo::archive

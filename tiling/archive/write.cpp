@@ -32,33 +32,36 @@ std::uint32_t crc_of(std::span<const std::byte> bytes) {
   return static_cast<std::uint32_t>(crc32_z(crc32_z(0, nullptr, 0), data, bytes.size()));
 }
 
+template <class Record>
+void put(std::string& text, const Record& record) {
+  text.append(reinterpret_cast<const char*>(&record), sizeof record);
+}
+
 std::uint32_t narrow(std::uint64_t value) {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(value, zip::full32));
 }
 
 }  // namespace
 
-Writer::Writer(const std::filesystem::path& file, std::uint64_t start) : file_(file) {
-  file_.seek(start);
-}
-
-void Writer::add(const std::string& name, std::span<const std::byte> bytes) {
+std::string Records::head(const std::string& name, std::span<const std::byte> bytes) {
   if (bytes.size() >= zip::full32 || name.size() >= zip::full16) {
     throw Error(Fault::limit, name, "has 4 GiB or more, which a .3tz cannot hold");
   }
   const auto size = static_cast<std::uint32_t>(bytes.size());
-  const Entry entry{name, crc_of(bytes), size, file_.position()};
+  const Entry entry{name, crc_of(bytes), size, position_};
   zip::LocalHeader header;
   header.crc = entry.crc;
   header.packed = header.size = size;
   header.name = static_cast<std::uint16_t>(name.size());
-  file_.put(header);
-  file_.write(name);
-  file_.write(bytes);
   entries_.push_back(entry);
+  std::string text;
+  put(text, header);
+  text += name;
+  position_ += text.size() + bytes.size();
+  return text;
 }
 
-void Writer::add_index() {
+std::string Records::index() const {
   std::vector<Place> places;
   for (const auto& entry : entries_) places.push_back({zip::md5(entry.name), entry.offset});
   std::ranges::sort(places, [](const Place& a, const Place& b) {
@@ -69,10 +72,13 @@ void Writer::add_index() {
     std::ranges::copy(places[i].md5, index[i].md5);
     index[i].offset = places[i].offset;
   }
-  add(std::string(zip::index_name), std::as_bytes(std::span(index)));
+  std::string text;
+  for (const auto& entry : index) put(text, entry);
+  return text;
 }
 
-void Writer::write_directory() {
+std::string Records::directory() const {
+  std::string text;
   for (const auto& entry : entries_) {
     zip::DirectoryHeader header;
     const bool wide = entry.offset >= zip::full32;
@@ -82,37 +88,55 @@ void Writer::write_directory() {
     header.name = static_cast<std::uint16_t>(entry.name.size());
     header.extra = wide ? sizeof(zip::WideOffset) : 0;
     header.offset = narrow(entry.offset);
-    file_.put(header);
-    file_.write(entry.name);
+    put(text, header);
+    text += entry.name;
     if (wide) {
       zip::WideOffset extra;
       extra.offset = entry.offset;
-      file_.put(extra);
+      put(text, extra);
     }
   }
+  return text;
 }
 
-void Writer::finish() {
-  add_index();
-  const auto offset = file_.position();
-  write_directory();
-  const auto size = file_.position() - offset, count = std::uint64_t{entries_.size()};
+std::string Records::end() {
+  const auto index = this->index();
+  auto text = head(std::string(zip::index_name), std::as_bytes(std::span(index))) + index;
+  const auto offset = position_;
+  const auto directory = this->directory();
+  text += directory;
+  const auto size = std::uint64_t{directory.size()}, count = std::uint64_t{entries_.size()};
   if (count >= zip::full16 || size >= zip::full32 || offset >= zip::full32) {
     zip::WideEnd wide;
     wide.entries_here = wide.entries = count;
     wide.size = size;
     wide.offset = offset;
     zip::WideEndLocator locator;
-    locator.offset = file_.position();
-    file_.put(wide);
-    file_.put(locator);
+    locator.offset = offset + size;
+    put(text, wide);
+    put(text, locator);
   }
   zip::End end;
   end.entries_here = end.entries =
       static_cast<std::uint16_t>(std::min<std::uint64_t>(count, zip::full16));
   end.size = narrow(size);
   end.offset = narrow(offset);
-  file_.put(end);
+  put(text, end);
+  return text;
+}
+
+Writer::Writer(const std::filesystem::path& file, std::uint64_t start)
+    : file_(file), records_(start) {
+  file_.seek(start);
+}
+
+void Writer::add(const std::string& name, std::span<const std::byte> bytes) {
+  file_.write(records_.head(name, bytes));
+  file_.write(bytes);
+}
+
+void Writer::finish() {
+  file_.write(records_.end());
   file_.commit();
 }
 
