@@ -88,6 +88,8 @@ void write(Response&& from, httplib::Response& to, const std::stop_token& stop) 
   if (from.held && !from.body.empty()) {
     from.text = std::make_shared<const std::string>(std::move(from.body));
   }
+  // The library sends nothing piece by piece any more when it is to end.
+  if (from.text && stop.stop_requested()) from.body = *std::exchange(from.text, nullptr);
   to.status = from.status;
   for (auto& [name, value] : from.headers) to.set_header(name, value);
   // Else the library says of every HEAD that ranges are served: taken away again by `finish`.
