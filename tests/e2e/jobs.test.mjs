@@ -177,11 +177,23 @@ test('Whatever moment a server and its worker are killed at, jobs go on, to the 
   const expected = await digests(outOf(await finish(await server.submit(scene))));
   const seed = 11;
   const random = seededRandom(seed);
-  const ids = [];
-  for (let i = 0; i < 10; ++i) ids.push(await server.submit(scene));
-  for (let round = 0; round < 20; ++round) {
+  const ids = [], ended = new Map(), rounds = 20;
+  /** A job that has ended has done so once and for all. */
+  const look = async () => {
+    const { jobs } = await server.json('/jobs?limit=1000');
+    for (const { jobID, status, started, finished } of jobs.filter((job) => ids.includes(job.jobID) && job.finished)) {
+      const end = { status, started, finished };
+      assert.deepEqual(end, ended.get(jobID) ?? end, 'done twice');
+      ended.set(jobID, end);
+    }
+  };
+  let lived = 0;   // rounds in which a job runs when its server is killed
+  for (let round = 0; round < rounds; ++round) {
+    await look();
+    while (ids.length - ended.size < 3) ids.push(await server.submit(scene));
     await sleep(random() * 500);
     const running = children(server);
+    if (running.length > 0) ++lived;
     if (round % 2 === 0) {
       for (const pid of running) kill(pid);
       await sleep(random() * 50);
@@ -193,12 +205,16 @@ test('Whatever moment a server and its worker are killed at, jobs go on, to the 
     }
     server = await Server.start({ data, roots: [root] });
   }
+  assert.ok(lived > rounds / 2, `a job ran in ${lived} of ${rounds} rounds`);
   for (const id of ids) {
     await finish(id);
     assert.deepEqual(await digests(outOf(id)), expected, `seed ${seed}`);
     await assertNoOrphans(outOf(id));
   }
+  await look();
+  assert.equal(ended.size, ids.length);
   assert.deepEqual(await leftovers(data), []);
+  assert.deepEqual(await readdir(join(data, 'checks')), []);
   const kept = (await server.json('/jobs?limit=1000')).jobs.map(({ jobID }) => jobID);
   for (const id of ids) assert.equal(kept.filter((other) => other === id).length, 1);
   assert.deepEqual((await readdir(join(data, 'jobs'))).sort(), kept.sort());
