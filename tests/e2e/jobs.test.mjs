@@ -173,6 +173,23 @@ test('Events tell which tiles are finished and where, each once', async () => {
   assert.ok(seen[middle].tiles.every(({ tile }) => !later.some((other) => other.tile === tile)), 'what was seen is not told again');
 });
 
+test('While nothing changes, a comment every 15 s keeps the events of a job open', { timeout: 120_000 }, async () => {
+  const busy = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.25 } });
+  await server.follow(busy, ({ status }) => status === 'running');
+  const waiting = await server.submit(scene);
+  // Where silence ends a connection, it is often after a minute.
+  const response = await server.fetch(`/jobs/${waiting}/events`, { signal: AbortSignal.timeout(55_000) });
+  let text = '', told;
+  for await (const piece of response.body.pipeThrough(new TextDecoderStream())) {
+    text += piece;
+    if (told === undefined && text.endsWith('\n\n')) told = performance.now();
+    if (/^:/m.test(text)) break;
+  }
+  assert.match(text, /^id: \d+\nevent: status\ndata: .*"accepted".*\n\n:.*\n\n$/);
+  assert.ok(performance.now() - told > 10_000, 'no more often than it must');
+  for (const id of [waiting, busy]) await server.fetch(`/jobs/${id}`, { method: 'DELETE' });
+});
+
 test('Whatever moment a server and its worker are killed at, jobs go on, to the same bytes', { timeout: 600_000 }, async () => {
   const expected = await digests(outOf(await finish(await server.submit(scene))));
   const seed = 11;
