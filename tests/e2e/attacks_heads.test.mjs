@@ -5,6 +5,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { setTimeout as sleep } from 'node:timers/promises';
 import { makeFolder, removeFolder } from './hoodoo.mjs';
 import { Nginx } from './nginx.mjs';
 import { Memory, answersIn, assertDiscreet, assertWell, converse, times } from './raw.mjs';
@@ -16,7 +17,7 @@ let work, server, nginx, plain, memory;
 before(async () => {
   work = await makeFolder();
   const port = await freePort(), second = await freePort();
-  server = await Server.start({ data: join(work, 'data'), args: ['--public-url', `http://127.0.0.1:${second}`] });
+  server = await Server.start({ data: join(work, 'data'), args: ['--public-url', `http://127.0.0.1:${second}`, '--log', 'json'] });
   nginx = await Nginx.start({ folder: join(work, 'nginx'), port, upstream: new URL(server.url).port, data: join(work, 'data'), limits: false, plain: second });
   plain = `http://127.0.0.1:${second}`;
   for (let i = 0; i < 20; ++i) await (await server.fetch('/api')).text();
@@ -47,19 +48,19 @@ async function refused(url, parts, ...statuses) {
   return answers[0];
 }
 
-/** what: [direct status, through nginx, parts of the request to a URL]. */
+/** what: [direct status, through nginx (0: none comes), parts of the request to a URL]. */
 const large = {
   'A million headers': [431, 400, (url) => [head(url, 'GET /').slice(0, -2), ...Array(1000).fill('a: b\r\n'.repeat(1000)), '\r\n']],
   'A header of 300 MB': [431, 400, function* (url) { yield `${head(url, 'GET /').slice(0, -2)}X: `; yield* times(300, 'x'.repeat(1e6)); }],
   'A name of a header of 300 MB': [431, 400, function* (url) { yield head(url, 'GET /').slice(0, -2); yield* times(300, 'x'.repeat(1e6)); }],
   'A request line of 300 MB': [414, 414, function* () { yield 'GET /'; yield* times(300, 'x'.repeat(1e6)); }],
-  'A method of 300 MB': [414, 400, () => times(300, 'G'.repeat(1e6))],
+  'A method of 300 MB': [414, 414, () => times(300, 'G'.repeat(1e6))],
   'A query of 300 MB': [414, 414, function* () { yield 'GET /jobs?a='; yield* times(300, 'x'.repeat(1e6)); }],
-  '100,000 empty lines': [400, 400, () => times(100, '\r\n'.repeat(1000))],
+  '100,000 empty lines': [400, 0, () => times(100, '\r\n'.repeat(1000))],
   '300 MB of zeros': [400, 400, () => times(300, '\0'.repeat(1e6))],
   'A path of 8,000 characters': [414, 414, (url) => head(url, `GET /${'x'.repeat(8000)}`)],
   'A path of 8,100 characters': [414, 414, (url) => head(url, `POST /${'a/'.repeat(4050)}`, 'Content-Length: 0\r\n')],
-  '65 headers': [431, 200, (url) => head(url, 'GET /', Array.from({ length: 65 }, (_, i) => `X${i}: 1\r\n`).join(''))],
+  '65 headers': [431, 431, (url) => head(url, 'GET /', Array.from({ length: 65 }, (_, i) => `X${i}: 1\r\n`).join(''))],
 };
 for (const [what, [direct, , parts]] of Object.entries(large)) {
   test(`${what}: ${direct}`, async () => {
@@ -68,11 +69,15 @@ for (const [what, [direct, , parts]] of Object.entries(large)) {
   });
 }
 
+/** While more of these comes than nginx reads, its answer may be lost as it closes. */
+const lost = ['A million headers', 'A header of 300 MB', 'A name of a header of 300 MB', 'A request line of 300 MB', 'A method of 300 MB',
+              'A query of 300 MB', '300 MB of zeros'];
 test('The same through nginx', async () => {
   for (const [what, [, through, parts]] of Object.entries(large)) {
-    const { answers } = await converse(plain, parts(plain), { enough: ([first]) => first?.whole, patience: 20 });
-    // nginx ends some connections without a word.
-    if (answers.length > 0) assert.ok([through, 431, 414, 400].includes(answers[0].status), `${what}: ${answers[0].status}`);
+    const { answers, closed } = await converse(plain, parts(plain), { enough: ([first]) => first?.whole, patience: 20 });
+    if (through === 0 || (lost.includes(what) && closed)) assert.ok(closed, `${what}: the connection stays open`);
+    else assert.equal(answers.length, 1, `${what}: no answer`);
+    assert.ok(answers.every(({ status }) => status === through), `${what}: ${answers[0]?.status}, not ${through}`);
     await assertWell(server, memory);
   }
 });
@@ -137,14 +142,39 @@ for (const [what, [status, request]] of Object.entries(twofaced)) {
   });
 }
 
-test('None of them comes through nginx as two', async () => {
-  for (const [what, [, request]] of Object.entries(twofaced)) {
-    const { answers } = await converse(plain, request(plain), { enough: (all) => all.length > 1, patience: 2 });
-    const within = answers.filter(({ status, body: text }) => status === 200 && text.includes('conformsTo'));
-    // What ends where nginx and RFC 9112 agree that it does leaves the second request as one of its own.
-    const own = ['A zero in the path', 'A path in UTF-8', 'A space in the path', 'Lines that end in LF', 'One line that ends in LF', 'A method in lower case', 'The same length twice'];
-    assert.ok(within.length === 0 || own.includes(what) || answers.length === 2, `${what}: ${JSON.stringify(answers).slice(0, 400)}`);
+/** Where nginx and RFC 9112 agree that the first one ends before the second: that is a request of its own. */
+const own = ['A line without a colon', 'Lines that end in LF', 'An escape in a header', 'Another host', 'An encoded line end in the path',
+             'A path in UTF-8', 'HTTP/1.1 with a space', 'A method of its own'];
+const byNginx = /^[0-9a-f]{32}$/;   // the ids that it gives to requests; hoodoo's own are shorter
+
+/** What came by nginx has its id, or was refused: by nginx itself, or by hoodoo for its head, which then has told no id. */
+function assertByNginx(what, { status, headers }) {
+  assert.equal(headers.server, 'nginx', what);
+  assert.ok(status >= 400 || byNginx.test(headers['x-request-id']), `${what}: ${status}, ${headers['x-request-id']}`);
+}
+/** The requests that a server tells of, up to one that is asked last. */
+async function logged(id) {
+  assert.equal((await server.fetch('/healthz', { headers: { 'x-request-id': id } })).status, 200);
+  for (;; await sleep(20)) {
+    const lines = server.stderr.split('\n').filter((line) => line.endsWith('}')).map((line) => JSON.parse(line));
+    const last = lines.findIndex(({ request }) => request === id);
+    if (last >= 0) return lines.slice(0, last);
   }
+}
+
+test('None of them comes through nginx as two', async () => {
+  const before = await logged('before'), two = [];
+  for (const [what, [, request]] of Object.entries(twofaced)) {
+    const patience = own.includes(what) ? 30 : 2;
+    const { answers } = await converse(plain, request(plain), { enough: (all) => all.length > 1 && all.at(-1).whole, patience });
+    for (const answer of answers) assertByNginx(what, answer);
+    if (answers.some(({ body: text }) => text.includes('conformsTo'))) two.push(what);
+  }
+  assert.deepEqual(two, own);
+  // One that was hidden from nginx would have no answer here: hoodoo must have heard of none.
+  const heard = (await logged('after')).slice(before.length).filter(({ path }) => path === '/conformance');
+  assert.equal(heard.length, own.length, JSON.stringify(heard));
+  for (const { request } of heard) assert.match(request, byNginx);
   await assertWell(server, memory);
 });
 

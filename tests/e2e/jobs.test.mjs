@@ -173,15 +173,44 @@ test('Events tell which tiles are finished and where, each once', async () => {
   assert.ok(seen[middle].tiles.every(({ tile }) => !later.some((other) => other.tile === tile)), 'what was seen is not told again');
 });
 
+test('While nothing changes, a comment every 15 s keeps the events of a job open', { timeout: 120_000 }, async () => {
+  const busy = await server.submit({ ...scene, bake: { ...scene.bake, spacing: 0.25 } });
+  await server.follow(busy, ({ status }) => status === 'running');
+  const waiting = await server.submit(scene);
+  // Where silence ends a connection, it is often after a minute.
+  const response = await server.fetch(`/jobs/${waiting}/events`, { signal: AbortSignal.timeout(55_000) });
+  let text = '', told;
+  for await (const piece of response.body.pipeThrough(new TextDecoderStream())) {
+    text += piece;
+    if (told === undefined && text.endsWith('\n\n')) told = performance.now();
+    if (/^:/m.test(text)) break;
+  }
+  assert.match(text, /^id: \d+\nevent: status\ndata: .*"accepted".*\n\n:.*\n\n$/);
+  assert.ok(performance.now() - told > 10_000, 'no more often than it must');
+  for (const id of [waiting, busy]) await server.fetch(`/jobs/${id}`, { method: 'DELETE' });
+});
+
 test('Whatever moment a server and its worker are killed at, jobs go on, to the same bytes', { timeout: 600_000 }, async () => {
   const expected = await digests(outOf(await finish(await server.submit(scene))));
   const seed = 11;
   const random = seededRandom(seed);
-  const ids = [];
-  for (let i = 0; i < 10; ++i) ids.push(await server.submit(scene));
-  for (let round = 0; round < 20; ++round) {
+  const ids = [], ended = new Map(), rounds = 20;
+  /** A job that has ended has done so once and for all. */
+  const look = async () => {
+    const { jobs } = await server.json('/jobs?limit=1000');
+    for (const { jobID, status, started, finished } of jobs.filter((job) => ids.includes(job.jobID) && job.finished)) {
+      const end = { status, started, finished };
+      assert.deepEqual(end, ended.get(jobID) ?? end, 'done twice');
+      ended.set(jobID, end);
+    }
+  };
+  let lived = 0;   // rounds in which a job runs when its server is killed
+  for (let round = 0; round < rounds; ++round) {
+    await look();
+    while (ids.length - ended.size < 3) ids.push(await server.submit(scene));
     await sleep(random() * 500);
     const running = children(server);
+    if (running.length > 0) ++lived;
     if (round % 2 === 0) {
       for (const pid of running) kill(pid);
       await sleep(random() * 50);
@@ -193,12 +222,16 @@ test('Whatever moment a server and its worker are killed at, jobs go on, to the 
     }
     server = await Server.start({ data, roots: [root] });
   }
+  assert.ok(lived > rounds / 2, `a job ran in ${lived} of ${rounds} rounds`);
   for (const id of ids) {
     await finish(id);
     assert.deepEqual(await digests(outOf(id)), expected, `seed ${seed}`);
     await assertNoOrphans(outOf(id));
   }
+  await look();
+  assert.equal(ended.size, ids.length);
   assert.deepEqual(await leftovers(data), []);
+  assert.deepEqual(await readdir(join(data, 'checks')), []);
   const kept = (await server.json('/jobs?limit=1000')).jobs.map(({ jobID }) => jobID);
   for (const id of ids) assert.equal(kept.filter((other) => other === id).length, 1);
   assert.deepEqual((await readdir(join(data, 'jobs'))).sort(), kept.sort());

@@ -1,11 +1,14 @@
 /** deploy/nginx/hoodoo.conf as it is, but for names and places, before a server with keys. */
 import assert from 'node:assert/strict';
+import { mkdir, symlink, writeFile } from 'node:fs/promises';
 import { connect as connectTwo } from 'node:http2';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { setTimeout as sleep } from 'node:timers/promises';
 import { connect } from 'node:tls';
 import { exampleScene, makeFolder, makeKey, makeRoot, removeFolder } from './hoodoo.mjs';
 import { Nginx } from './nginx.mjs';
+import { answersIn } from './raw.mjs';
 import { Server, freePort } from './server.mjs';
 
 let work, server, nginx, key, scene, job;
@@ -35,7 +38,7 @@ const raw = (text) => new Promise((resolve, reject) => {
   const { hostname, port } = new URL(nginx.url);
   let got = '';
   const socket = connect({ host: hostname, port, ca: nginx.certificate }, () => socket.write(text));
-  socket.setEncoding('utf8').on('data', (piece) => { got += piece; }).on('close', () => resolve(got)).on('error', reject);
+  socket.setEncoding('latin1').on('data', (piece) => { got += piece; }).on('close', () => resolve(got)).on('error', reject);
 });
 
 /** What nginx refuses itself is told as hoodoo tells it. */
@@ -61,7 +64,9 @@ test('Links are those of the public address, over HTTP/2 too', async () => {
 });
 
 test('Figures stay within; keys are asked for', async () => {
-  assert.equal((await nginx.ask('/metrics', { headers: { authorization: `Bearer ${key}` } })).status, 404);
+  const figures = await nginx.ask('/metrics', { headers: { authorization: `Bearer ${key}` } });
+  assert.equal(figures.status, 404);
+  isProblem(figures);
   assert.equal((await nginx.ask('/healthz')).status, 200);
   assert.equal((await nginx.ask('/jobs')).status, 401);
   assert.equal((await submit({ authorization: 'Bearer hoodoo_wrong' })).status, 401);
@@ -116,6 +121,21 @@ test('Tiles come from the disk, whole or in part, and only what is a tile', asyn
   }
 });
 
+test('A link in the place of a tile leads nowhere', async () => {
+  const outside = join(work, 'outside.glb'), folder = join(work, 'data', 'jobs', job, 'out', 'aa');
+  await mkdir(folder);
+  await writeFile(outside, 'secret');
+  const linked = `${'a'.repeat(64)}.glb`, real = `${'b'.repeat(64)}.glb`;
+  await symlink(outside, join(folder, linked));
+  await writeFile(join(folder, real), 'a tile');
+  const beside = await nginx.ask(`/jobs/${job}/tiles/aa/${real}`);
+  assert.deepEqual([beside.status, beside.body.toString(), beside.headers['x-request-id']], [200, 'a tile', undefined]);
+  const followed = await nginx.ask(`/jobs/${job}/tiles/aa/${linked}`);
+  assert.ok(followed.status === 404 || followed.status === 403, `${followed.status}`);
+  isProblem(followed);
+  assert.doesNotMatch(followed.body.toString(), /secret/);
+});
+
 test('What is too large, malformed or smuggled ends at nginx', async () => {
   const { port } = new URL(nginx.url), host = `Host: 127.0.0.1:${port}\r\n`;
   const large = await nginx.ask('/processes/echo/execution', { method: 'POST', headers: { 'content-length': 17 * 1024 * 1024 } })
@@ -128,6 +148,9 @@ test('What is too large, malformed or smuggled ends at nginx', async () => {
   assert.match(await first(`POST /processes/echo/execution HTTP/1.1\r\n${host}Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\nGET /metrics HTTP/1.1\r\n${host}\r\n`), / 400 /);
   assert.match(await first(`GET / HTTP/1.1\r\n${host}Content-Length: -1\r\n\r\n`), / 400 /);
   assert.match(await first('GET / HTTP/1.1\r\n\r\n'), / 400 /);
+  const traced = await nginx.ask('/', { method: 'TRACE' });
+  assert.equal(traced.status, 405);
+  isProblem(traced);
   assert.equal((await nginx.ask('/healthz')).status, 200);
 });
 
@@ -142,4 +165,39 @@ test('A client that posts too fast is held back, one that reads is not', async (
   assert.ok(uploads.some(({ status }) => status === 429), 'uploads are begun as fast as one likes');
   const reads = await Promise.all(Array.from({ length: 60 }, () => nginx.ask('/conformance')));
   assert.deepEqual(reads.filter(({ status }) => status !== 200), []);
+});
+
+test('An address has 64 connections', async () => {
+  const { hostname, port } = new URL(nginx.url), host = `Host: 127.0.0.1:${port}\r\n`, sockets = [];
+  try {
+    // A connection counts while it has a request: these wait for the rest of a body.
+    for (let i = 0; i < 64; ++i) {
+      const socket = connect({ host: hostname, port, ca: nginx.certificate });
+      sockets.push(socket.on('error', () => {}).resume());
+      await new Promise((done) => socket.once('secureConnect', done));
+      socket.write(`GET / HTTP/1.1\r\n${host}Content-Length: 9\r\n\r\n`);
+    }
+    const refused = await nginx.ask('/conformance');
+    assert.equal(refused.status, 429);
+    isProblem(refused);
+  } finally {
+    for (const socket of sockets) socket.destroy();
+  }
+  while ((await nginx.ask('/conformance')).status !== 200) await sleep(50);
+});
+
+test('An address that asks without end is held back, tiles or not', async () => {
+  const host = `Host: 127.0.0.1:${new URL(nginx.url).port}\r\n`;
+  const tile = `GET /jobs/${job}/tiles/aa/${'b'.repeat(64)}.glb HTTP/1.1\r\n${host}\r\n`, other = `GET /conformance HTTP/1.1\r\n${host}`;
+  // 4,000 requests, as fast as they can be answered: 2,000 may come at once, and 200 more each second.
+  const flood = `${tile.repeat(19)}${other}\r\n`.repeat(24) + tile.repeat(19) + `${other}Connection: close\r\n\r\n`;
+  const floods = await Promise.all(Array.from({ length: 8 }, () => raw(flood)));
+  const answers = floods.flatMap((text) => answersIn(Buffer.from(text, 'latin1')));
+  assert.equal(answers.length, 4000);
+  const of = (status, kind) => answers.filter((answer, i) => answer.status === status && (i % 20 === 19) === (kind === other));
+  for (const kind of [tile, other]) {
+    assert.ok(of(200, kind).length > 0 && of(429, kind).length > 0, `${of(200, kind).length} answered, ${of(429, kind).length} held back`);
+    assert.equal(of(200, kind).length + of(429, kind).length, kind === tile ? 3800 : 200);
+    isProblem(of(429, kind)[0]);
+  }
 });

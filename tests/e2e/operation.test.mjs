@@ -248,6 +248,43 @@ test('At the limit of connections those go that have waited longest for a reques
   assert.match(wrong.stderr, /--connections.*0/);
 });
 
+test('Bodies share 32 MiB: one for which there is no room is 503, and is welcome later', async () => {
+  const server = await start('bodies'), { host, hostname, port } = new URL(server.url);
+  const head = (length) => `POST /processes/echo/execution HTTP/1.1\r\nHost: ${host}\r\nContent-Type: application/json\r\nContent-Length: ${length}\r\n\r\n`;
+  const one = async () => {
+    const body = '{"inputs": {"echo": 1}}';
+    return (await converse(server.url, head(body.length) + body, { enough: ([first]) => first?.whole })).answers[0];
+  };
+  /** The answer once it has this status. */
+  const once = async (status) => {
+    for (const end = Date.now() + 9000; ; await sleep(50)) {
+      const answer = await one();
+      if (answer?.status === status) return answer;
+      assert.ok(Date.now() < end, `${answer?.status}, not ${status}`);
+    }
+  };
+  const held = [], size = 4 * 2 ** 20;
+  try {
+    assert.equal((await one()).status, 200);
+    // Each lacks its last byte: 8 bytes of room are left.
+    await Promise.all(Array.from({ length: 8 }, () => new Promise((done, fail) => {
+      const socket = connect(Number(port), hostname).on('error', fail).resume();
+      held.push(socket);
+      socket.write(head(size));
+      socket.write(Buffer.alloc(size - 1, ' '), done);
+    })));
+    const refused = await once(503);
+    assert.ok(Number(refused.headers['retry-after']) > 0);
+    assert.match(refused.body, /Too many large requests/);
+    assert.equal((await server.fetch('/healthz')).status, 200, 'what has no body is served');
+    for (const socket of held) socket.destroy();
+    assert.deepEqual(JSON.parse((await once(200)).body), { echo: 1 });
+  } finally {
+    for (const socket of held) socket.destroy();
+    await server.stop('SIGKILL');
+  }
+});
+
 test('Where few files may be open it takes all it may have, and stays well with fewer connections', async () => {
   const few = (name, limits) => Server.start({ data: join(work, name), under: ['prlimit', `--nofile=${limits}`] });
   const head = (server, path) => `GET ${path} HTTP/1.1\r\nHost: ${new URL(server.url).host}\r\nConnection: close\r\n\r\n`;

@@ -191,6 +191,35 @@ TEST_F(JobStore, MakesAFailedJobOfADamagedRow) {
   EXPECT_EQ(store.find(std::string(32, 'a'))->status, Status::failed);
 }
 
+/// The connection that was opened last.
+sqlite3* opened = nullptr;
+int note_opened(sqlite3* connection, char**, const void*) {
+  opened = connection;
+  return SQLITE_OK;
+}
+
+/// What a connection says of one of its settings.
+std::string setting(sqlite3* connection, const std::string& name) {
+  std::string value;
+  const auto take = [](void* to, int, char** values, char**) {
+    *static_cast<std::string*>(to) = values[0];
+    return 0;
+  };
+  sqlite3_exec(connection, ("PRAGMA " + name).c_str(), take, &value, nullptr);
+  return value;
+}
+
+TEST_F(JobStore, WaitsForTheDiskAtEveryChange) {
+  // How long to wait is a matter of each connection: only the store's own can tell.
+  const auto note = reinterpret_cast<void (*)()>(note_opened);
+  ASSERT_EQ(sqlite3_auto_extension(note), SQLITE_OK);
+  const Store own(folder.path / "own.db");
+  sqlite3_cancel_auto_extension(note);
+  ASSERT_NE(opened, nullptr);
+  EXPECT_EQ(setting(opened, "synchronous"), "2");
+  EXPECT_EQ(setting(opened, "journal_mode"), "wal");
+}
+
 TEST_F(JobStore, RefusesAFileOfANewerRelease) {
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open((folder.path / "new.db").c_str(), &database), SQLITE_OK);
