@@ -26,7 +26,7 @@ build_packages=(
 )
 test_packages=(
   clang clang-format clang-tidy libclang-rt-14-dev git curl chromium shellcheck proj-bin
-  openssl libpcre2-8-0 python3-owslib jq
+  openssl libpcre2-8-0 python3-owslib jq systemd
 )
 httplib_minimum=0.41.0
 httplib=/usr/local/include/cpp-httplib/httplib.h

@@ -4,10 +4,11 @@
 #   HOODOO_URL=https://hoodoo.example HOODOO_KEY=... bake-and-diff.sh NEW.json OLD.json FOLDER
 #
 # FOLDER gets report.json and diff.html. Ends with 0 where both tilesets are the same, 1 where they differ, 2 on errors.
+# The server compares them by its process diff-tilesets, which answers what `hoodoo diff --json --html FILE` prints and writes.
 # Needs curl and jq. A scene that was baked well before is not baked again: its job is found by the scene's digest.
 set -euo pipefail
 if [ $# -ne 3 ]; then
-  sed -n 's/^# \{0,1\}//; 2,7p' "$0" >&2
+  sed -n 's/^# \{0,1\}//; 2,8p' "$0" >&2
   exit 2
 fi
 new=$1 old=$2 folder=$3

@@ -2,8 +2,8 @@
 import assert from 'node:assert/strict';
 import { execFile, spawn } from 'node:child_process';
 import { existsSync } from 'node:fs';
-import { mkdir, readFile, writeFile } from 'node:fs/promises';
-import { join, resolve } from 'node:path';
+import { access, constants, mkdir, readFile, readdir, stat, writeFile } from 'node:fs/promises';
+import { basename, join, resolve } from 'node:path';
 import { test } from 'node:test';
 import { promisify } from 'node:util';
 import { parse } from '@stoplight/yaml';
@@ -22,9 +22,7 @@ test('The options of the systemd unit are options of hoodoo serve', async () => 
   for (const option of options) assert.ok(help.includes(option), option);
 });
 
-test('systemd finds no fault with the unit, and little that it could do without', async (t) => {
-  const missing = await run('systemd-analyze', ['--version']).then(() => false, () => true);
-  if (missing) return t.skip('systemd-analyze is not installed');
+test('systemd finds no fault with the unit, and little that it could do without', async () => {
   await withFolder(async (folder) => {
     const file = join(folder, 'hoodoo.service');
     await writeFile(file, (await readFile(unit, 'utf8')).replace('/usr/local/bin/hoodoo', command));
@@ -34,18 +32,27 @@ test('systemd finds no fault with the unit, and little that it could do without'
   });
 });
 
-test('The account of the unit is one that systemd makes', async (t) => {
+test('The account of the unit is one that systemd makes', async () => {
   const [, user] = /^User=(.+)$/m.exec(await readFile(unit, 'utf8'));
   const accounts = new URL('../../deploy/hoodoo.sysusers', import.meta.url).pathname;
   assert.match(await readFile(accounts, 'utf8'), new RegExp(`^u ${user} - `, 'm'));
-  const missing = await run('systemd-sysusers', ['--version']).then(() => false, () => true);
-  if (missing) return t.skip('systemd-sysusers is not installed');
   await withFolder(async (root) => {
     await mkdir(join(root, 'etc'));
     await run('systemd-sysusers', [`--root=${root}`, accounts]);
     assert.match(await readFile(join(root, 'etc/passwd'), 'utf8'), new RegExp(`^${user}:.*:/var/lib/hoodoo:`, 'm'));
   });
 });
+
+/** What `hoodoo diff --json --html` prints of the two tilesets that the server of a folder was asked last to compare. */
+async function printed(data) {
+  const asked = [];
+  for (const id of await readdir(join(data, 'jobs'))) {
+    const file = join(data, 'jobs', id, 'inputs.json');
+    if (existsSync(file)) asked.push({ at: (await stat(file)).mtimeMs, ...JSON.parse(await readFile(file, 'utf8')) });
+  }
+  const { first, second } = asked.sort((a, b) => b.at - a.at)[0];
+  return JSON.parse((await hoodoo(['diff', first, second, '--json', '--html', join(data, 'printed.html')])).stdout);
+}
 
 test('The script for CI bakes a scene as it is and as it was, and tells whether they differ', () => withFolder(async (work) => {
   const root = await makeRoot(work), keys = join(work, 'keys.json'), out = join(work, 'out');
@@ -64,6 +71,7 @@ test('The script for CI bakes a scene as it is and as it was, and tells whether 
     const differs = await compare('now', 'before');
     assert.equal(differs.code, 1, differs.stderr);
     assert.match(await readFile(join(out, 'diff.html'), 'utf8'), /<html/);
+    assert.deepEqual(JSON.parse(await readFile(join(out, 'report.json'), 'utf8')), await printed(join(work, 'data')));
     const broken = await compare('broken', 'now');
     assert.equal(broken.code, 2);
     assert.match(broken.stderr, /\/seed/);
@@ -72,6 +80,27 @@ test('The script for CI bakes a scene as it is and as it was, and tells whether 
     await server.stop();
   }
 }));
+
+test('The workflow for CI runs the script that lies beside it, on what it makes, and keeps what comes of it', async () => {
+  const folder = resolve(import.meta.dirname, '../../deploy/ci'), text_ = await readFile(join(folder, 'terrain.yml'), 'utf8');
+  const { on, env = {}, jobs: { diff: job } } = parse(text_);
+  const runs = job.steps.filter((step) => step.run).map((step) => step.run), given = { ...env, ...job.env };
+  const [comment] = text_.split('\nname:');
+  const [, script, ...files] = /(\S+\.sh) (\S+) (\S+) (\S+)/.exec(runs.find((line) => line.includes('.sh')));
+  await access(join(folder, script), constants.X_OK);
+  assert.ok(comment.includes(basename(script)), 'it says to bring it along');
+  const source = await readFile(join(folder, script), 'utf8');
+  for (const [, name] of source.matchAll(/\$\{(HOODOO_\w+)/g)) {
+    assert.match(given[name], new RegExp(`^\\$\\{\\{ (vars|secrets)\\.${name} \\}\\}$`));
+    assert.ok(comment.includes(name), `it says to set ${name}`);
+  }
+  const [now, was, out] = files;
+  assert.deepEqual(on.pull_request.paths, [now]);
+  const [, shown, made] = /^git show "\S+:(\S+)" > (\S+)$/.exec(runs[0]);
+  assert.deepEqual([shown, made], [now, was]);
+  assert.equal(job.steps.at(-1).with.path, out);
+  assert.equal(job.steps[0].with['fetch-depth'], 0, 'the base is there to show');
+});
 
 // --- deploy/container/compose.yaml
 

@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { barriers } from './barriers.mjs';
 import { launch, openPage, settle } from './browser.mjs';
 import { writeDem } from './dem.mjs';
 import { example, makeFolder, makeKey, removeFolder, synthesize } from './hoodoo.mjs';
@@ -10,7 +11,6 @@ import { Server } from './server.mjs';
 import { drop, says, textOf, write } from './submitting.mjs';
 
 const sizes = [[1280, 800], [400, 800]];
-const axe = await readFile(join(import.meta.dirname, 'node_modules/axe-core/axe.min.js'), 'utf8');
 let work, server, browser, dem, scene;
 
 before(async () => {
@@ -40,13 +40,6 @@ async function open(path, size = sizes[0], at = server) {
 async function toLastMember(page) {
   await page.locator('.cm-content').focus();
   for (const key of ['Control+End', 'ArrowUp', 'ArrowUp', 'End']) await page.keyboard.press(key);
-}
-/** Findings of axe-core that keep people out. */
-async function barriers(page) {
-  if (!await page.evaluate(() => 'axe' in globalThis)) await page.evaluate(`${axe};0`);
-  const { violations } = await page.evaluate(() => globalThis.axe.run());
-  return violations.filter(({ impact }) => impact === 'serious' || impact === 'critical')
-    .map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target).join()}`);
 }
 const wide = (page) => page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
 
