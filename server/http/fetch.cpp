@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <chrono>
 #include <exception>
 
 #include "engine/base/error.hpp"
@@ -10,6 +11,8 @@
 
 namespace hoodoo::http {
 namespace {
+
+constexpr std::chrono::seconds most_time = std::chrono::hours(1);  // of all of it
 
 [[noreturn]] void fail(std::string why) { throw Error(Fault::not_found, "", std::move(why)); }
 
@@ -54,6 +57,7 @@ void fetch(const std::string& address, const AllowList& allowed, const FetchUse&
   Coming coming{request, use, false, nullptr};
   request.set(CURLOPT_LOW_SPEED_LIMIT, static_cast<long>(least_rate));
   request.set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(body_patience.count()));
+  request.set(CURLOPT_TIMEOUT, static_cast<long>(most_time.count()));
   request.set(CURLOPT_WRITEFUNCTION, &take);
   request.set(CURLOPT_WRITEDATA, &coming);
   std::string why;

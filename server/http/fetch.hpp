@@ -17,8 +17,8 @@ struct FetchUse {
 
 /// Gets what an address of http or https holds, from hosts of the list alone, with no proxy and
 /// following no redirect. The answer has to be 200 and to say how long it is; one that brings less
-/// than 4 KiB/s for ten seconds is given up. What `use` throws goes on.
-/// Errors: bad_input, it is no address; not_found, with the reason why nothing can be had from
+/// than 4 KiB/s for ten seconds, or takes more than an hour, is given up. What `use` throws goes
+/// on. Errors: bad_input, it is no address; not_found, with the reason why nothing can be had from
 /// there; limit, the list does not let it.
 void fetch(const std::string& address, const AllowList& allowed, const FetchUse& use);
 
