@@ -1859,7 +1859,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["problem"];
                 };
             };
-            /** @description As many jobs of all wait as may, or the server is about to stop */
+            /** @description As many jobs of all wait, or scenes are looked at, as may, or the server is about to stop */
             503: {
                 headers: {
                     /** @description How many seconds later */

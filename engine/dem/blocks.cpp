@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <string>
 #include <utility>
 
@@ -20,7 +21,8 @@ Error unreadable(const TiffFile& file, const Layout& layout, std::int64_t column
   const auto end =
       TIFFGetStrileOffset(file.get(), block) + TIFFGetStrileByteCount(file.get(), block);
   const bool cut = end > file.bytes();
-  return file.error(Fault::bad_input,
+  const bool unread = errno == EIO || errno == ESTALE;
+  return file.error(unread ? Fault::io : Fault::bad_input,
                     fmt::format("{}cannot be decoded in pixels {} to {}, rows {} to {}",
                                 cut ? "is cut short: " : "", column * layout.block_width,
                                 std::min(layout.width, (column + 1) * layout.block_width) - 1,
@@ -36,6 +38,7 @@ class TiffBlocks : public BlockReader {
     const auto block = block_index(layout_, column, row);
     auto expected = static_cast<tmsize_t>(out.size());
     tmsize_t got = 0;
+    errno = 0;
     if (layout_.tiled) {
       got = TIFFReadEncodedTile(file_.get(), block, out.data(), expected);
     } else {

@@ -14,7 +14,8 @@ class BlockReader {
   virtual ~BlockReader() = default;
   /// The samples of block (column, row) in the byte order of the machine, row by row.
   /// `out` holds layout.block_bytes(); what lies past the last row of the raster is left as it was.
-  /// Errors: bad_input naming the file and the pixels, of a block that cannot be decoded.
+  /// Errors: bad_input naming the file and the pixels, of a block that cannot be decoded; io,
+  /// of one that the system cannot read.
   virtual void read(std::int64_t column, std::int64_t row, std::span<std::byte> out) = 0;
 };
 

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <initializer_list>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "engine/base/error.hpp"
@@ -20,7 +23,13 @@ namespace fs = std::filesystem;
 constexpr std::size_t tile_side = 256;
 constexpr ttag_t gdal_nodata = 42113;
 
-Error failed(const fs::path& file) { return {Fault::io, file.string(), "cannot be written"}; }
+/// After what libtiff could not do, which leaves the system's reason.
+Error failed(const fs::path& file) {
+  const int why = errno;
+  return {Fault::io, file.string(),
+          "cannot be written" +
+              (why == 0 ? std::string() : ": " + std::generic_category().message(why))};
+}
 
 void declare_nodata(TIFF* file) {
   static char name[] = "GDALNoDataValue";

@@ -228,7 +228,7 @@ std::optional<Response> Api::refusal_of_condition(const Request& request) {
   auto now = route(head, pattern);
   tag(head, now);
   const auto etag = now.header("ETag");
-  const bool is_meant = wanted == "*" || lists(wanted, etag, Comparison::strong);
+  const bool is_meant = wanted == "*" || (!etag.empty() && lists(wanted, etag, Comparison::strong));
   if (now.status == 200 && is_meant) return std::nullopt;
   return problem(412, "What is there is not what If-Match says.");
 }

@@ -154,7 +154,7 @@ class Api {
   const ApiSettings settings_;
   Metrics metrics_;
   Encoder encoder_;
-  std::mutex large_;                       // held by the one large body that is taken apart
+  std::timed_mutex large_;                 // held by the one large body that is taken apart
   std::counting_semaphore<> archives_{8};  // sent at once
   std::counting_semaphore<> checks_{4};    // scenes that processes look at, at once
   std::counting_semaphore<> fetches_{4};   // contents that are fetched at once

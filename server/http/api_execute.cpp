@@ -1,7 +1,9 @@
 #include <fmt/core.h>
 
 #include <chrono>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "server/http/api.hpp"
 #include "server/http/problem.hpp"
@@ -37,7 +39,9 @@ std::optional<Response> echo_refusal(const job::Request& wanted, bool async) {
 
 constexpr std::chrono::seconds patience_with_checks{10};
 
-Response checks_busy() {
+struct Busy {};
+
+Response busy() {
   auto refusal = problem(503, "As many scenes are looked at as may be at once.");
   refusal.headers.emplace_back("Retry-After", "5");
   return refusal;
@@ -81,14 +85,16 @@ Response Api::execute(const Request& request, const Parameters& parameters) {
   }
   // Parsed it takes many times its size.
   std::unique_lock turn(large_, std::defer_lock);
-  if (request.body.size() > most_paused) turn.lock();
+  if (request.body.size() > most_paused && !turn.try_lock_for(patience_with_checks)) return busy();
   auto references = this->references(request);
   references.before_reading = [&turn] {
-    if (!turn.owns_lock()) turn.lock();
+    if (!turn.owns_lock() && !turn.try_lock_for(patience_with_checks)) throw Busy();
   };
   Execution execution;
   try {
     execution = read_execution(parameters[0], request, references);
+  } catch (const Busy&) {
+    return busy();
   } catch (const Error& error) {
     if (error.fault == Fault::internal || error.fault == Fault::io) throw;
     return problem(error.fault == Fault::limit ? 413 : 400,
@@ -148,7 +154,7 @@ std::optional<Response> Api::callback_refusal(const job::Subscriber& subscriber,
 /// A scene with problems is a good answer of this process.
 Response Api::validate(const job::Request& wanted, bool raw) {
   const Turn turn(checks_, patience_with_checks);
-  if (!turn) return checks_busy();
+  if (!turn) return busy();
   std::vector<Problem> found;
   try {
     found = queue_.check(wanted.inputs.at("scene"));
@@ -169,8 +175,9 @@ Response Api::validate(const job::Request& wanted, bool raw) {
 }
 
 Response Api::submit(const job::Request& wanted) {
-  const Turn turn(checks_, patience_with_checks);
-  if (!turn) return checks_busy();
+  std::optional<Turn> turn;
+  const bool is_bake = wanted.process == job::bake_process;
+  if (is_bake && !turn.emplace(checks_, patience_with_checks)) return busy();
   try {
     return answer_to(queue_.submit(wanted));
   } catch (const Error& error) {

@@ -141,7 +141,8 @@ json execution() {
   auto& responses = post["responses"];
   responses["403"] = refusal("The key has no space left for results, or not this scope");
   responses["429"] = busy("As many jobs of the key wait or run as may");
-  responses["503"] = busy("As many jobs of all wait as may, or the server is about to stop");
+  responses["503"] = busy(
+      "As many jobs of all wait, or scenes are looked at, as may, or the server is about to stop");
   responses["507"] = refusal("The disk is nearly full");
   post["callbacks"] = {
       {"inProgress", callback("tellProgress", "inProgressUri", "The job has begun", "statusInfo")},

@@ -195,6 +195,11 @@ std::vector<Problem> Commands::check(const std::filesystem::path& file) const {
   if (least.processor.count() == 0) least.processor = most_processor_of_check;
   least.processor = std::min(least.processor, most_processor_of_check);
   const auto ended = run_child(arguments, least, {}, {});
+  if (ended.signal == SIGXCPU) {
+    throw Error(Fault::limit, "",
+                fmt::format("takes more than {} s of processor time to look at, which is the limit",
+                            least.processor.count()));
+  }
   constexpr int problems_found = 2;
   if (ended.output.empty()) fail(ended);
   std::vector<Problem> problems;

@@ -57,8 +57,11 @@ bool is_bake(const Request& request) { return request.process == bake_process; }
 void sync_folder(const fs::path& folder) {
   const int held = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const bool well = held >= 0 && ::fsync(held) == 0;
+  const int why = errno;
   if (held >= 0) ::close(held);
-  if (!well) throw Error(Fault::io, folder.string(), "cannot be written to disk");
+  if (well) return;
+  throw Error(Fault::io, folder.string(),
+              "cannot be written to disk: " + std::generic_category().message(why));
 }
 
 /// Of all that makes a request this one.

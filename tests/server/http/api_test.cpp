@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
+#include <future>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/server/queue_engine.hpp"
 #include "tests/server/temporary_folder.hpp"
@@ -22,8 +26,12 @@ class Api : public testing::Test {
     temporary.write("viewer/index.html", "<!doctype html>");
     job::Settings settings;
     settings.data = temporary.path / "data";
-    queue = std::make_unique<job::Queue>(settings,
-                                         engine_of([this](const auto& work) { return run(work); }));
+    auto engine = engine_of([this](const auto& work) { return run(work); });
+    engine.check = [this, plain = engine.check](const auto& file) {
+      look();
+      return plain(file);
+    };
+    queue = std::make_unique<job::Queue>(settings, std::move(engine));
     assets.emplace(temporary.path / "data", 1 << 20);
     uploads.emplace(*assets, std::chrono::seconds(60));
     http::ApiSettings api_settings;
@@ -58,6 +66,7 @@ class Api : public testing::Test {
     std::ofstream(work.folder / "out/tileset.json") << "{}";
     return finished();
   };
+  std::function<void()> look = [] {};  // as a scene is looked at
   std::unique_ptr<job::Queue> queue;
   std::optional<asset::Assets> assets;
   std::optional<asset::Uploads> uploads;
@@ -117,6 +126,27 @@ TEST_F(Api, TakesAJobAsJsonOnly) {
   EXPECT_EQ(ask("POST", execution, "{}", "text/plain").status, 415);
   EXPECT_EQ(ask("POST", execution, "{}", "").status, 415);
   EXPECT_EQ(post(good_scene()).status, 201);
+}
+TEST_F(Api, LooksAtFourScenesAtOnceAndKeepsOthersWaitingForATimeOnly) {
+  std::atomic<bool> go_on = false;
+  std::atomic<int> looking = 0;
+  look = [&] {
+    ++looking;
+    while (!go_on) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
+  std::array<std::future<Response>, 4> slow;
+  for (auto& one : slow) one = std::async(std::launch::async, [&] { return post(good_scene()); });
+  while (looking < 4) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  Request echo{"POST", "/processes/echo/execution", "", {{"host", "127.0.0.1:1234"}}, "", ""};
+  echo.headers.insert({{"content-type", "application/json"}, {"prefer", "respond-async"}});
+  echo.body = json{{"inputs", {{"echo", 1}}}}.dump();
+  EXPECT_EQ(api->answer(echo).status, 201) << "of which there is no scene";
+  const auto refused = post(good_scene());
+  EXPECT_EQ(refused.status, 503);
+  EXPECT_EQ(refused.header("Retry-After"), "5");
+  EXPECT_EQ(looking, 4);
+  go_on = true;
+  for (auto& one : slow) EXPECT_EQ(one.get().status, 201);
 }
 TEST_F(Api, SaysThatResultsAreNotReady) {
   run = until_stopped;
