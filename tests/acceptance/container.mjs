@@ -77,7 +77,7 @@ await withFolder(async (work) => {
     console.log(`${got.size} files through nginx from user ${who} of the container: the same bytes as baked here`);
   } finally {
     await nginx?.stop();
-    await run('pkill', ['-TERM', '-f', `^hoodoo serve --listen 127.0.0.1:${port}`]).catch(() => {});
+    await run('pkill', ['-TERM', '-f', `^\\S*hoodoo serve --listen 127.0.0.1:${port}`]).catch(() => {});
     if (server && server.exitCode === null) await new Promise((done) => server.once('exit', done));
     await buildah('rm', container);
   }

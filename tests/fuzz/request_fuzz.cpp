@@ -8,7 +8,9 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -16,6 +18,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <thread>
 
 #include "engine/base/error.hpp"
@@ -127,7 +130,14 @@ std::string converse(int port, std::string_view bytes) {
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   const auto* to = reinterpret_cast<const sockaddr*>(&address);
-  require(::connect(socket, to, sizeof address) == 0, "no connection");
+  // Others on the machine may have taken the ports for a while.
+  int patience = 60;  // [s]
+  while (::connect(socket, to, sizeof address) != 0) {
+    const int why = errno;
+    const bool may_come = why == EADDRNOTAVAIL || why == EADDRINUSE || why == EINTR;
+    require(may_come && --patience > 0, "no connection: " + std::generic_category().message(why));
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+  }
   while (!bytes.empty()) {
     const auto sent = ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent <= 0) break;
