@@ -135,8 +135,14 @@ std::optional<Delivery> Queue::next_delivery(const std::stop_token& stop) {
     }
     // The clock may be set meanwhile.
     milliseconds pause = std::chrono::minutes(1);
-    if (first) pause = std::clamp(first->due - now(), milliseconds(1), pause);
-    owed_.wait_for(guard, stop, pause, is_due);
+    std::optional<Time> known;
+    if (first) {
+      known = first->due;
+      pause = std::clamp(*known - now(), milliseconds(1), pause);
+    }
+    // One that comes meanwhile may be due a little later than it came: then the pause is another.
+    owed_.wait_for(guard, stop, pause,
+                   [&] { return is_due() || (first && (!known || first->due < *known)); });
   }
   return std::nullopt;
 }
