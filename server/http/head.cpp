@@ -138,6 +138,9 @@ class Reader {
         return Refusal{501, "The only transfer coding here is chunked."};
       }
     }
+    // Nothing is upgraded to here, and a server may overlook it (RFC 9110, 7.8); the library would
+    // not.
+    if (same_token(name, "upgrade")) return std::nullopt;
     const auto from = head_.text.size();
     head_.text.append(same_token(name, "range") ? range_within : name).append(": ");
     const bool as_it_is = same_token(name, "location") || same_token(name, "referer");

@@ -305,8 +305,8 @@ void Listener::Server::refuse_or_route(const Service& service, const std::stop_t
     write(early ? noted(service, read_head(from), std::move(*early), from.start_time_)
                 : service.answer(read_head(from)),
           to, stop);
-    // A short one is read by the library, and forgotten.
-    if (from.has_header("Transfer-Encoding") || is_too_long(from)) cut_off(request);
+    // The library would read it, however slowly it comes.
+    if (!is_empty(from)) cut_off(request);
     return HandlerResponse::Handled;
   });
 }

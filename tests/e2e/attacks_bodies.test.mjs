@@ -176,6 +176,26 @@ test('A body that comes too slowly is 408, by its length and in chunks, and in w
   await assertWell(server, memory);
 });
 
+test('A body nobody asked for ends its connection with the answer, however slowly it comes', async () => {
+  for (const line of ['GET /healthz', 'OPTIONS /healthz', 'HEAD /healthz']) {
+    const drip = async function* () {
+      for (yield head(line, 'Content-Length: 100000\r\n'); ; yield 'x') await sleep(500);
+    };
+    const { answers, closed, seconds } = await converse(server.url, drip(), { patience: 30 });
+    assert.ok(closed && seconds < 5, `${line}: after ${seconds} s`);
+    assert.ok(answers.length === 1 && answers[0].status < 300);
+  }
+  await assertWell(server, memory);
+});
+
+test('An upgrade is overlooked: one answer, with its length', async () => {
+  const upgrade = 'Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n';
+  const within = head('GET /readyz');
+  const { answers, closed } = await converse(server.url, head('GET /healthz', upgrade + sized(within)) + within, { patience: 30 });
+  assert.deepEqual(answers.map(({ status }) => status), [200]);
+  assert.ok(closed && Number(answers[0].headers['content-length']) > 0, JSON.stringify(answers[0].headers));
+});
+
 test('Hundreds of slow bodies and of clients that do not read keep nobody waiting', async () => {
   const open = [];
   try {
